@@ -8,7 +8,7 @@ use linkwork_multibody::{Body, BodyId, SubhingeKind};
 use linkwork_runtime::doc::number;
 use linkwork_runtime::{
     Axes, BodyStart, Bound, BuildError, Fault, Gravity, Host, Lowering, Origin, PortKind,
-    Prototype, Scenery, ServiceKind, Services, Start, Terrain, World,
+    Prototype, Scenery, Services, Start, Terrain, World,
 };
 use linkwork_solvers::Rolling;
 use linkwork_spatial::{Pose, Quat, Vec3, nalgebra};
@@ -287,7 +287,7 @@ impl MechanismSpec {
         let here = Cow::Borrowed(self);
         let named = self.terrain.as_deref();
         let Some(colliders) = self.colliders() else { return here };
-        let any = services.iter().any(|(_, o)| o.kind() == ServiceKind::Terrain);
+        let any = services.iter().any(|(_, o)| o.get::<dyn Terrain>().is_some());
         let moves = colliders.ids().any(|c| colliders.body(c).is_some());
         if named == Some("none") || (named.is_none() && !(any && moves)) {
             let rules = colliders.rules();
@@ -397,7 +397,7 @@ impl MechanismSpec {
             }
             return None;
         }
-        let any = services.iter().any(|(_, o)| o.kind() == ServiceKind::Gravity);
+        let any = services.iter().any(|(_, o)| o.get::<dyn Gravity>().is_some());
         if self.gravity.is_none() && !any {
             let free = |b: &&Body| {
                 b.parent().is_none()

@@ -19,6 +19,10 @@ pub use author::block::{
     Block, Carried, EvalTime, Evaluation, Failure, Indices, Named, Outcome, Prototype, Wiring,
 };
 pub use author::catalogue::{Catalogue, Entry, Foreign, Making, PartType};
+pub use author::environment::{
+    Air, Atmosphere, Gravity, Ground, Light, Rock, SOLAR_CONSTANT, SPEED_OF_LIGHT, Soil, Sun,
+    SunState, Surface, Terrain,
+};
 pub use author::error::BuildError;
 pub use author::field::{Field, FieldSample, Shows, View};
 pub use author::files::Files;
@@ -37,10 +41,7 @@ pub use author::ports::{
 };
 pub use author::provider::Service;
 pub use author::scenery::{PLAIN, Scenery, Sight};
-pub use author::services::{
-    Air, Atmosphere, Gravity, Ground, Handle, Light, Provided, Rock, SOLAR_CONSTANT,
-    SPEED_OF_LIGHT, ServiceKind, ServiceObject, Services, Soil, Sun, SunState, Surface, Terrain,
-};
+pub use author::services::{Handle, Provided, ServiceKind, ServiceObject, Services};
 pub use author::shown::SharedField;
 pub use author::site::{Axes, Site};
 pub use author::sized::{SizedModel, SizedPorts};

@@ -11,6 +11,7 @@ mod outputs_in_derivatives;
 mod pins;
 mod recorder;
 mod run;
+mod service_kinds;
 mod shared;
 mod sized;
 mod stepper;

@@ -191,7 +191,7 @@ impl Entry {
                 params: S::Params::specs(),
                 ..Description::default()
             }),
-            maker: Maker::Service(S::KIND, |params, files, cx| {
+            maker: Maker::Service(ServiceKind::of::<S::Provides>(), |params, files, cx| {
                 let p = S::Params::read_map(params, cx)?;
                 built(S::build(p, files), params, cx).map(S::object)
             }),

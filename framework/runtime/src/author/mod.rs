@@ -6,6 +6,7 @@ pub(crate) mod catalogue;
 pub mod columns;
 pub mod connectors;
 pub mod doc;
+pub(crate) mod environment;
 pub(crate) mod error;
 pub(crate) mod field;
 pub(crate) mod files;

@@ -1,7 +1,7 @@
 //! Providers of services: parts that make a shared object.
 use crate::author::files::Files;
 use crate::author::params::Params;
-use crate::author::services::{ServiceKind, ServiceObject};
+use crate::author::services::{Provided, ServiceObject};
 
 /// A provider of a service (complete it with `#[service(..)]`).
 pub trait Service: Sized + Send + Sync + 'static {
@@ -9,8 +9,8 @@ pub trait Service: Sized + Send + Sync + 'static {
     const NAME: &'static str;
     /// Documentation.
     const DOC: &'static str;
-    /// What it provides.
-    const KIND: ServiceKind;
+    /// The trait that it provides: `dyn Terrain`.
+    type Provides: ?Sized + Provided;
     /// Parameters.
     type Params: Params;
     /// Makes it; files are found relative to the assembly that names them.

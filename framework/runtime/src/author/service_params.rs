@@ -7,7 +7,7 @@ use crate::author::value::{Fault, Located, Origin, Value, remedy};
 
 impl<T: ?Sized + Provided> Param for Handle<T> {
     fn kind() -> String {
-        format!("path of a {} service", T::KIND.text())
+        format!("path of a {} service", T::WORD)
     }
     fn read(v: &Located, spec: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<Self> {
         let Value::Text(path) = &v.value else {
@@ -20,7 +20,7 @@ impl<T: ?Sized + Provided> Param for Handle<T> {
         Some(Self::find(None, Origin::NONE, cx))
     }
     fn if_there(cx: &mut ReadCx<'_>) -> Option<Self> {
-        let any = cx.services.iter().any(|(_, object)| object.kind() == T::KIND);
+        let any = cx.services.iter().any(|(_, object)| object.get::<T>().is_some());
         if any { Self::find(None, Origin::NONE, cx) } else { None }
     }
     fn show(&self) -> Value {

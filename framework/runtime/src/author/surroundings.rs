@@ -1,6 +1,7 @@
 //! The world among the services: which way is up, and which services go together.
+use crate::author::environment::{Gravity, Terrain};
 use crate::author::error::BuildError;
-use crate::author::services::{Gravity, Handle, ServiceKind, ServiceObject, Services};
+use crate::author::services::{Handle, ServiceObject, Services};
 use crate::author::site::Axes;
 use crate::author::world::{PlainWorld, World};
 use linkwork_spatial::Vec3;
@@ -59,10 +60,7 @@ impl Vertical {
 impl Services {
     /// The world of the simulation with the path of its part.
     pub fn world(&self) -> Option<Handle<dyn World>> {
-        self.iter().find_map(|(path, object)| {
-            <dyn World as crate::author::services::Provided>::of(object)
-                .map(|o| Handle::new(path, o))
-        })
+        self.first()
     }
 
     /// Path of the world, or of a gravity without one, by which W turns with a planet.
@@ -79,9 +77,7 @@ impl Services {
             return all;
         };
         let help = "use gravity of the world's body, such as `environment.point_mass_gravity`; for level ground whose rotation does not matter write `turning: false` in the `site` of `world`";
-        let of_gravity = |(_, o): &(&str, &crate::author::services::ServiceObject)| {
-            o.kind() == ServiceKind::Gravity
-        };
+        let of_gravity = |(_, o): &(&str, &ServiceObject)| o.get::<dyn Gravity>().is_some();
         all.extend(self.iter().filter(of_gravity).filter(|(_, o)| o.axes() != Axes::Site(site)).map(
             |(path, _)| {
                 let fact = format!(
@@ -103,7 +99,7 @@ impl Services {
         if world.axes() != Axes::Inertial {
             return Vec::new();
         }
-        let terrains = self.iter().filter(|(_, o)| o.kind() == ServiceKind::Terrain);
+        let terrains = self.iter().filter(|(_, o)| o.get::<dyn Terrain>().is_some());
         let fact = "is ground whose height counts along z of W, and by `world` W is inertial with its origin at the centre of the body";
         let help = "write `site` in `world`: then z of W is up there; or take the terrain out";
         terrains.map(|(path, _)| (path.to_string(), fact.to_string(), help.to_string())).collect()
@@ -126,13 +122,8 @@ pub fn needs_level_ground(world: Option<&Handle<dyn World>>) -> Result<(), Build
 impl ServiceObject {
     /// What it takes W for.
     pub fn axes(&self) -> Axes {
-        match self {
-            ServiceObject::Gravity(g) => g.axes(),
-            ServiceObject::World(w) => w.axes(),
-            ServiceObject::Atmosphere(_) | ServiceObject::Sun(_) | ServiceObject::Terrain(_) => {
-                Axes::Any
-            }
-        }
+        let gravity = self.get::<dyn Gravity>().map(|g| g.axes());
+        gravity.or_else(|| self.get::<dyn World>().map(|w| w.axes())).unwrap_or(Axes::Any)
     }
 }
 
@@ -147,7 +138,6 @@ impl PlainWorld {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::author::services::ServiceObject;
     use crate::author::site::Site;
     use linkwork_spatial::Pose;
     use linkwork_spatial::Quat;
@@ -221,9 +211,9 @@ mod tests {
     fn gravity_without_the_forces_of_a_turning_site_is_refused() {
         let mut services = Services::default();
         let world = Arc::new(PlainWorld::of_site(4.9e12, 1.7e6, site()));
-        services.add("world", ServiceObject::World(world));
+        services.add("world", ServiceObject::new::<dyn World>(world));
         assert!(services.at_odds()[0].1.contains("no gravity includes"));
-        services.add("G", ServiceObject::Gravity(Arc::new(Uniform(Vec3::z()))));
+        services.add("G", ServiceObject::new::<dyn Gravity>(Arc::new(Uniform(Vec3::z()))));
         let [(path, fact, help)] = &services.at_odds()[..] else { panic!() };
         assert!(path == "G" && fact.contains("Coriolis") && help.contains("turning: false"));
         assert_eq!(services.in_a_site().as_deref(), Some("world"));

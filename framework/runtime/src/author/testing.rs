@@ -15,9 +15,10 @@
 //! let mut random = Random::new(7);
 //! assert!((-1.0..1.0).contains(&random.next()));
 //! ```
-use crate::author::services::{
-    Air, Atmosphere, Gravity, Ground, Handle, Rock, Soil, Sun, SunState, Surface, Terrain,
+use crate::author::environment::{
+    Air, Atmosphere, Gravity, Ground, Rock, Soil, Sun, SunState, Surface, Terrain,
 };
+use crate::author::services::Handle;
 use linkwork_spatial::Vec3;
 use std::sync::Arc;
 

@@ -9,6 +9,7 @@
 //! no world     level ground without a planet, or empty space
 //! ```
 use crate::author::error::BuildError;
+use crate::author::services::Provided;
 use crate::author::site::{Axes, Site};
 use crate::author::start::Start;
 use linkwork_spatial::{Quat, Vec3};
@@ -65,6 +66,20 @@ pub trait World: Send + Sync {
     }
     /// The type behind it, for the library that provides it.
     fn as_any(&self) -> &dyn Any;
+}
+
+impl Provided for dyn World {
+    const WORD: &'static str = "world";
+    const FIRST: bool = true;
+    fn missing() -> (String, String) {
+        (
+            "needs to know the body around which this is, and the simulation has no `world`".into(),
+            "write `world: (body: \"mars\")` in the simulation: earth, mars, moon or other; with `site` where W stands on the ground".into(),
+        )
+    }
+    fn failure(&self, t: f64) -> Option<BuildError> {
+        World::failure(self, t)
+    }
 }
 
 /// A body that rotates about z of its own axes at one rate, without a date: for programs and tests.

@@ -270,7 +270,7 @@ fn build_services(
     let scenery = spec.host.as_ref().map(|h| h.scenery()).unwrap_or_default();
     let mut services = Services::seeing(scenery);
     // The world comes first: the others take constants, date and axes from it.
-    let is_world = |e: &Entry| e.service_kind() == Some(ServiceKind::World);
+    let is_world = |e: &Entry| e.service_kind().is_some_and(ServiceKind::is_first);
     let worlds: Vec<_> = entries.iter().filter(|(_, e)| is_world(e)).collect();
     let stated = |part: &PartSpec| format!("{} {}", part.model, part.params.value);
     for (other, _) in worlds.iter().skip(1).filter(|(p, _)| stated(p) != stated(worlds[0].0)) {

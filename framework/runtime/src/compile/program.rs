@@ -2,7 +2,7 @@
 use super::guards::{WatchedSpec, WhenSpec};
 use super::table::common_tick;
 use super::{Within, compile_phase};
-use crate::author::catalogue::Catalogue;
+use crate::author::catalogue::{Catalogue, Entry};
 use crate::author::files::Files;
 use crate::author::services::ServiceKind;
 use crate::author::time::Seconds;
@@ -68,7 +68,7 @@ pub fn compile_program(
 fn another_world(phases: &[PhaseSpec], catalogue: &Catalogue) -> Vec<Fault> {
     let is_world = |model: &str| {
         let entry = catalogue.get(model);
-        entry.is_some_and(|e| e.service_kind() == Some(ServiceKind::World))
+        entry.and_then(Entry::service_kind).is_some_and(ServiceKind::is_first)
     };
     let world = |phase: &PhaseSpec| {
         let part = phase.spec.parts.iter().find(|p| is_world(&p.model))?;

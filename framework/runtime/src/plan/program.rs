@@ -52,9 +52,9 @@ pub struct TransitionSpec {
 pub struct Program {
     /// Phases.
     pub phases: Vec<Phase>,
-    /// For each phase, the place of each channel ([`Place::Channel`]).
+    /// Places of the channels ([`Place::Channel`]), by phase.
     pub channels: Vec<Vec<Option<Place>>>,
-    /// For each pair of phases of a transition: mapping of the state.
+    /// Mappings of the state, by the two phases of a transition.
     pub(crate) routes: BTreeMap<(u32, u32), Route>,
 }
 
