@@ -6,6 +6,7 @@
 //! The law of cosines gives cos q₂ = (d² − l₁² − l₂²)/(2 l₁ l₂) for a target at distance d.
 use linkwork::embedded::{Effort, Frame, Goal, ModelSpec, PartSpec, Robot, RobotModel};
 use linkwork::formats::Description;
+use linkwork::plant::SpecExt;
 use linkwork::prelude::*;
 use std::error::Error;
 

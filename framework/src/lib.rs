@@ -47,6 +47,7 @@
 //! | [`collision`] | shapes of bodies: contact points, distances, rays |
 //! | [`embedded`] | the robot model that autonomy software embeds: inverse kinematics, motion planning, control |
 //! | [`runtime`] | models, ports, wires, plans, simulations, checkpoints |
+//! | [`plant`] | the mechanism as a part of a simulation: bindings, contact, placement on the ground |
 //! | [`render`] | cameras and lidar |
 //! | [`assembly`] | the RON format and the builder: one flat specification, all mistakes at once |
 //! | [`record`] | logs, tables, comparison, plots |
@@ -61,6 +62,7 @@ pub use linkwork_embedded as embedded;
 pub use linkwork_formats as formats;
 pub use linkwork_integrate as integrate;
 pub use linkwork_multibody as multibody;
+pub use linkwork_plant as plant;
 pub use linkwork_record as record;
 pub use linkwork_render as render;
 pub use linkwork_runner as runner;

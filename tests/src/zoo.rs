@@ -2,6 +2,7 @@
 //! continuous states, a store, noise, reductions, a node wrench, hinge torques, and a mechanism
 //! with pin, ball and free hinges under gravity.
 use linkwork_multibody::{BodySpec, Builder, Hinge};
+use linkwork_plant::MechanismSpec;
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::*;
 use linkwork_spatial::{MassProperties, Mat3, Pose};

@@ -1,5 +1,6 @@
 //! The wheel models inside a simulation: a quarter of a rover on one wheel, parked and driven, at 1 ms.
 use linkwork_multibody::{BodySpec, Builder, Hinge, SubhingeKind};
+use linkwork_plant::MechanismSpec;
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::*;
 use linkwork_spatial::nalgebra::Matrix3;

@@ -1,7 +1,8 @@
 //! Values of bodies: solids compared with integrals, hinges of every kind, starts, fan-out, expressions.
 use crate::common::*;
 use linkwork_multibody::{Coordinate, SubhingeKind};
-use linkwork_runtime::{BindTarget, MechanismSpec};
+use linkwork_plant::{MechanismSpec, SpecExt};
+use linkwork_runtime::BindTarget;
 
 fn mechanism(bodies: &str) -> MechanismSpec {
     let text = format!("Simulation(parts: {{ \"R\": (bodies: {{ {bodies} }}) }})");

@@ -3,6 +3,7 @@ use crate::common::*;
 use linkwork_assembly::*;
 use linkwork_collision::Shape;
 use linkwork_multibody::{Hinge, SubhingeKind};
+use linkwork_plant::SpecExt;
 use linkwork_runtime::{BindTarget, Files, compile};
 use linkwork_solvers::ConstraintMethod;
 use linkwork_spatial::Vec3;

@@ -3,6 +3,7 @@ use crate::common::*;
 use linkwork_assembly::form::AssemblyForm;
 use linkwork_assembly::*;
 use linkwork_collision::{Shape as Solid, Visibility};
+use linkwork_plant::SpecExt;
 use linkwork_solvers::JointLimits;
 use linkwork_solvers::contact::Method;
 use linkwork_spatial::Vec3;

@@ -2,6 +2,7 @@
 use crate::common::*;
 use linkwork_assembly::patterns::match_patterns;
 use linkwork_assembly::*;
+use linkwork_plant::SpecExt;
 use linkwork_runtime::{Integrator, Seconds};
 use std::fs;
 

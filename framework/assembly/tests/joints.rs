@@ -2,6 +2,7 @@
 use crate::common::*;
 use linkwork_assembly::*;
 use linkwork_multibody::{Friction, Stop, Subhinge};
+use linkwork_plant::{PlanExt, SpecExt};
 use linkwork_runtime::{Fault, Files, Seconds, Simulation, compile};
 
 fn from(text: &str, files: &[(&str, &str)]) -> Result<Loaded, Failure> {

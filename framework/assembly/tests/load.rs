@@ -2,6 +2,7 @@
 use crate::common::*;
 use linkwork_assembly::form::Take;
 use linkwork_assembly::*;
+use linkwork_plant::SpecExt;
 use linkwork_runtime::{BindTarget, Integrator, Seconds};
 
 #[test]

@@ -12,6 +12,7 @@ use linkwork_multibody::{
     BodySpec, Builder, Coordinate, Coupling, Friction, Hinge, HingeCoordinate, Limits, LoopClosure,
     Multibody, Stop, Subhinge, SubhingeKind, Term,
 };
+use linkwork_plant::SpecExt;
 use linkwork_spatial::{InertiaCheck, MassProperties, Mat3, Pose, Quat, Vec3};
 use std::path::Path;
 

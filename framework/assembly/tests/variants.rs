@@ -1,6 +1,7 @@
 //! Variants of assemblies, elements of lists in arithmetic, bars.
 use crate::common::*;
 use linkwork_assembly::*;
+use linkwork_plant::SpecExt;
 
 const BASE: &str = r#"Assembly(
     doc: "An arm.",

@@ -7,8 +7,8 @@ use crate::rules::{self, WORLD};
 use crate::settings::{Hiding, SurfaceVelocities};
 use crate::shape::{ColliderSpec, Detail, PairLaw, Resistance, Rules, Shape, Visibility};
 use crate::solid::Solid;
-use linkwork_multibody::names::nearest;
 use linkwork_multibody::{BodyId, Multibody};
+use linkwork_names::nearest;
 use std::sync::Arc;
 
 /// All specifications and their geometry, from which [`Colliders::rebuild`] starts.

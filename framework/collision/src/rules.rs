@@ -4,7 +4,7 @@
 use crate::error::ColliderFault;
 use crate::shape::{ColliderSpec, Neighbours, OnTerrain, PairLaw, Rules};
 use linkwork_multibody::Multibody;
-use linkwork_multibody::names::nearest;
+use linkwork_names::nearest;
 use std::collections::BTreeSet;
 
 /// The name of the world.

@@ -2,12 +2,12 @@
 use crate::{doc_of, part_type, runtime};
 use proc_macro2::TokenStream as Tokens;
 use quote::quote;
-use syn::{Ident, ItemImpl, LitStr, Token, parse::ParseStream, parse_quote};
+use syn::{ItemImpl, LitStr, Path, Token, parse::ParseStream, parse_quote};
 
 /// Name in the catalogue and the trait that is provided.
 pub struct Attr {
     name: LitStr,
-    kind: Ident,
+    kind: Path,
 }
 
 impl syn::parse::Parse for Attr {
@@ -30,10 +30,10 @@ pub fn expand(attr: &Attr, mut item: ItemImpl) -> syn::Result<Tokens> {
     let (name, kind) = (&attr.name, &attr.kind);
     item.items.push(parse_quote!(const NAME: &'static str = #name;));
     item.items.push(parse_quote!(const DOC: &'static str = #doc;));
-    item.items.push(parse_quote!(const KIND: #rt::ServiceKind = #rt::ServiceKind::#kind;));
+    item.items.push(parse_quote!(type Provides = dyn #kind;));
     item.items.push(parse_quote! {
         fn object(self) -> #rt::ServiceObject {
-            #rt::ServiceObject::#kind(::std::sync::Arc::new(self))
+            #rt::ServiceObject::new::<Self::Provides>(::std::sync::Arc::new(self))
         }
     });
     let part_type = part_type(&item, "service");

@@ -5,8 +5,8 @@ use crate::error::{ModelError, ModelFault};
 use crate::model::{ModelSpec, ObjectSpec};
 use linkwork_collision::{groups, neighbours};
 use linkwork_dynamics::Tree;
-use linkwork_multibody::names::suggest;
 use linkwork_multibody::{BodyId, BodySpec, Builder, Hinge, Multibody};
+use linkwork_names::suggest;
 
 /// Degrees of freedom, and number of coordinates, of the root.
 pub(crate) const ROOT_V: usize = 6;

@@ -10,10 +10,10 @@ use linkwork_dynamics::Tree;
 use linkwork_formats::{
     Description, Geometry, ReadOptions, ShapeRole, Srdf, mesh_corners, read_file, read_srdf_file,
 };
-use linkwork_multibody::names::suggest;
 use linkwork_multibody::{
     BodyId, Builder, HingeCoordinate, Limits, Multibody, NodeId, SubhingeKind, SubhingeRange,
 };
+use linkwork_names::suggest;
 use linkwork_spatial::{MassProperties, Pose, RigidInertia, Vec3};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};

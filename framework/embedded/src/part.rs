@@ -5,8 +5,8 @@
 
 use crate::error::{ModelFault, RobotError};
 use linkwork_dynamics::Tree;
-use linkwork_multibody::names::suggest;
 use linkwork_multibody::{BodyId, Builder, Limits, Multibody, NodeId};
+use linkwork_names::suggest;
 use linkwork_spatial::Pose;
 use serde::{Deserialize, Serialize};
 

@@ -3,8 +3,8 @@
 use crate::error::{FaultKind, FileFault, FilePlace};
 use crate::xml::Element;
 use crate::{Description, FormatError, Ignored, Initial};
-use linkwork_multibody::names::suggest;
 use linkwork_multibody::{BodySpec, Builder, Hinge};
+use linkwork_names::suggest;
 use linkwork_spatial::{InertiaCheck, InertiaFault, MassProperties, Pose, Vec3};
 use std::path::{Path, PathBuf};
 

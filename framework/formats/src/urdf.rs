@@ -11,8 +11,8 @@ use crate::error::FaultKind;
 use crate::read::{Cx, ReadOptions, Root, Unphysical, report_massless, root_hinge};
 use crate::xml::{Element, parse};
 use crate::{BodyShape, Coupling, Description, FormatError, Joint, ShapeRole, gazebo, geometry};
-use linkwork_multibody::names::suggest;
 use linkwork_multibody::{BodySpec, Friction, Hinge, HingeCoordinate, Limits, SubhingeKind};
+use linkwork_names::suggest;
 use linkwork_spatial::{MassProperties, Mat3, Pose, Vec3};
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -5,10 +5,10 @@ use crate::constraint::{Anchor, Coupled, Loop, rows};
 use crate::error::{BuildError, MechanismFault};
 use crate::mechanism::{Body, Multibody, Node, Parts, SubhingeRange};
 use crate::modes::Modes;
-use crate::names::nearest;
 use crate::{
     BodyId, Coordinate, Coupling, Hinge, HingeCoordinate, LoopClosure, NodeId, SubhingeKind, Term,
 };
+use linkwork_names::nearest;
 use linkwork_spatial::{MassProperties, Pose, RigidInertia};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};

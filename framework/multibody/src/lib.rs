@@ -40,7 +40,6 @@ mod hinge;
 mod ids;
 mod mechanism;
 pub mod modes;
-pub mod names;
 mod subgraph;
 
 pub use ball::BallLimits;

@@ -1,6 +1,7 @@
 //! `linkwork check`: loads, compiles and places a simulation and resolves all names, which shows whether a run can begin.
 use crate::{exit, load, run};
-use linkwork_runtime::{RankReport, Simulation};
+use linkwork_plant::{PlanExt, RankReport};
+use linkwork_runtime::Simulation;
 use std::path::Path;
 
 /// Prints all mistakes, or a summary of the simulation.

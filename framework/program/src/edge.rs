@@ -1,6 +1,7 @@
 //! Detection of machines that have left the ground of their map. Beyond its edge, and where it does not have data, no ground supports them. The run
 //! continues, and a warning is printed once per body.
-use linkwork_runtime::{Place, Plan, ServiceObject, Simulation};
+use linkwork_plant::PlanExt;
+use linkwork_runtime::{Place, Plan, Simulation, Terrain};
 use linkwork_spatial::Vec3;
 
 /// Fall below the last ground under a body, m, after which the warning is printed.
@@ -39,10 +40,8 @@ impl Edges {
             Some(body.parent().is_none() && body.is_free())
         };
         let maps = || {
-            plan.services.iter().filter_map(|(path, object)| match object {
-                ServiceObject::Terrain(t) => Some((path, t)),
-                _ => None,
-            })
+            let all = plan.services.iter();
+            all.filter_map(|(path, object)| Some((path, object.get::<dyn Terrain>()?)))
         };
         // At a site, the ground curves down with the planet.
         let site = plan.services.iter().find_map(|(_, object)| object.axes().site());

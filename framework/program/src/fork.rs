@@ -6,6 +6,7 @@
 use crate::load::Ready;
 use crate::options::RunOptions;
 use crate::{exit, load, run};
+use linkwork_plant::PlanExt;
 use linkwork_runtime::{Checkpoint, Plan, Program, Simulation};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

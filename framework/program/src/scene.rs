@@ -6,8 +6,9 @@ use linkwork_assembly::patterns::{match_patterns, path_matches};
 use linkwork_assembly::{BodyShape, Loaded, Text};
 use linkwork_collision::{VisualShape, box_of_inertia};
 use linkwork_multibody::Body;
+use linkwork_plant::PlanExt;
 use linkwork_runtime::{
-    Fault, Located, Place, Plan, Program, Seconds, ServiceObject, Unit, Value, remedy,
+    Fault, Located, Place, Plan, Program, Seconds, Terrain, Unit, Value, remedy,
 };
 use linkwork_spatial::Vec3;
 use linkwork_viz::{Arrow, InUnit, Marker, Panel, Planet, Scene, Shape};
@@ -309,10 +310,7 @@ fn markers(path: &Text, plan: &Plan) -> Result<Vec<Marker>, Fault> {
     let params = params_of(plan, part).ok_or_else(wrong)?;
     let list = Located::from(params.clone()).get(name).cloned().ok_or_else(wrong)?;
     let Value::List(items) = &list.value else { return Err(wrong()) };
-    let terrain = plan.services.iter().find_map(|(_, o)| match o {
-        ServiceObject::Terrain(t) => Some(t.clone()),
-        _ => None,
-    });
+    let terrain = plan.services.iter().find_map(|(_, o)| o.get::<dyn Terrain>().cloned());
     let number = |v: &Located| match v.value {
         Value::Number(x) => Some(x),
         _ => None,
@@ -340,7 +338,8 @@ pub fn position(plan: &Plan, body: &str) -> Option<[Place; 3]> {
 mod tests {
     use super::*;
     use linkwork_multibody::{BodySpec, Builder, Hinge};
-    use linkwork_runtime::{Catalogue, Entry, Files, MechanismSpec, Spec, compile};
+    use linkwork_plant::{MechanismSpec, SpecExt};
+    use linkwork_runtime::{Catalogue, Entry, Files, Spec, compile};
     use linkwork_spatial::{MassProperties, Mat3};
     use std::sync::Arc;
 

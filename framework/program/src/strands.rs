@@ -3,6 +3,7 @@ use crate::load::dotted;
 use linkwork_assembly::Text;
 use linkwork_assembly::form::{LineForm, PlumeForm};
 use linkwork_assembly::patterns::path_matches;
+use linkwork_plant::PlanExt;
 use linkwork_runtime::{Fault, Origin, Plan, Program, remedy};
 use linkwork_spatial::{Pose, Vec3};
 use linkwork_viz::{End, Line, Plume};

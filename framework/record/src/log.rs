@@ -6,6 +6,7 @@ use crate::schema::Schema;
 use foxglove::Encode;
 use foxglove::messages::{FrameTransform, FrameTransforms, Quaternion, Timestamp, Vector3};
 use linkwork_dynamics::{Tree, Workspace, kinematics};
+use linkwork_plant::{PlanExt, ProgramExt};
 use linkwork_runtime::{
     Change, Consumer, Group, Place, Plan, PortKind, Program, Role, Rule, Sample, Seconds, SetRow,
     Variable,

@@ -1,5 +1,6 @@
 //! A log as a table: exactly the numbers of the log at their instants, bit for bit.
 use linkwork_multibody::{BodySpec, Builder, Hinge};
+use linkwork_plant::{MechanismSpec, SpecExt};
 use linkwork_record::{
     End, ExportError, Log, LogError, LogSpec, export_parquet, read_log_contents,
 };

@@ -1,5 +1,6 @@
 //! Names of variables in logs and tables are those of the simulation, and times are exact decimals.
 use linkwork_multibody::{BodySpec, Builder, Hinge};
+use linkwork_plant::MechanismSpec;
 use linkwork_record::{Log, LogSpec, export_parquet, read_log, read_log_with_poses};
 use linkwork_runtime::*;
 use linkwork_spatial::{MassProperties, Vec3};

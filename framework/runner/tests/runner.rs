@@ -1,5 +1,6 @@
 //! The loop: equal bits with any number of interruptions, the order of events at a tick, every kind of end of a run.
 use linkwork_multibody::{BodySpec, Builder, Hinge};
+use linkwork_plant::{MechanismSpec, PlanExt};
 use linkwork_runner::*;
 use linkwork_runtime::*;
 use linkwork_spatial::nalgebra::Matrix3;

@@ -6,118 +6,87 @@
 extern crate linkwork_maths as _;
 extern crate self as linkwork_runtime;
 
-mod account;
-pub mod balance;
-mod binding;
-mod block;
-mod catalogue;
+mod author;
 mod checkpoint;
-pub mod columns;
 mod compile;
-mod condition;
-pub mod connectors;
-pub mod doc;
-mod error;
-mod field;
-mod files;
-mod identity;
-mod jacobian;
-mod made;
-mod mechanism;
-mod model;
-pub mod noise;
-mod overlay;
-mod params;
-pub mod pattern;
 mod plan;
-mod port_values;
-mod ports;
-mod program;
-mod provider;
-mod recorder;
-mod route;
-mod rows;
-mod scenery;
-mod schedule;
-mod service_params;
-mod services;
-mod shown;
-mod site;
-mod sized;
-mod spec;
-mod start;
+mod recorders;
 mod step;
-mod surroundings;
-pub mod testing;
-mod time;
-mod units;
-mod value;
-mod variable;
-mod world;
 
-pub use account::Account;
-pub use binding::{BindSpec, BindTarget};
-pub use block::{
+pub use author::account::Account;
+pub use author::binding::{BindSpec, BindTarget};
+pub use author::block::{
     Block, Carried, EvalTime, Evaluation, Failure, Indices, Named, Outcome, Prototype, Wiring,
 };
-pub use catalogue::{Catalogue, Entry, Foreign, Making, PartType};
-pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
-pub use compile::{Bound, End, Host, HostWire, Lowering, check_parts, compile, known_variables};
-pub use condition::{Condition, ConditionError, Times};
-pub use error::BuildError;
-pub use field::{Field, FieldSample, Shows, View};
-pub use files::Files;
-pub use jacobian::{Jacobian, Operation};
-pub use linkwork_multibody::names::{did_you_mean, nearest};
-pub use made::ServiceCache;
-pub use mechanism::{
-    Closing, ContactSpec, Frame, KinematicSpec, MechanismPart, MechanismPlan, MechanismPorts,
-    MechanismSpec, Passing, PlaceError, Placed, Placement, RankReport, place_on_terrain,
-    settle_placed,
+pub use author::catalogue::{Catalogue, Entry, Foreign, Making, PartType};
+pub use author::environment::{
+    Air, Atmosphere, Gravity, Ground, Light, Rock, SOLAR_CONSTANT, SPEED_OF_LIGHT, Soil, Sun,
+    SunState, Surface, Terrain,
 };
-pub use model::{Description, Fired, Functions, Model, Store};
-pub use overlay::{
+pub use author::error::BuildError;
+pub use author::field::{Field, FieldSample, Shows, View};
+pub use author::files::Files;
+pub use author::host::{Bound, End, Host, HostWire, Lowering};
+pub use author::jacobian::{Jacobian, Operation};
+pub use author::made::ServiceCache;
+pub use author::model::{Description, Fired, Functions, Model, Store};
+pub use author::overlay::{
     OVERLAY_PERIOD, Overlay, OverlayNews, OverlayTile, OverlayValues, SharedOverlay,
 };
-pub use params::{NoParams, Param, ParamSpec, Params, ParamsBuilder, Range, ReadCx};
-pub use plan::{
-    FieldPlan, Fires, GuardPlan, Guarded, Integration, Op, PartPlan, Plan, Row, Sizes, Sum,
-    TickWork, Via, Watched, WirePlan,
-};
-pub use ports::{
+pub use author::params::{NoParams, Param, ParamSpec, Params, ParamsBuilder, Range, ReadCx};
+pub use author::ports::{
     AddedMass, BallState, BallTorque, BodyMass, ContactLoad, Direction, HingeAccel, HingeLoad,
     HingeState, HingeTorque, Lane, Lanes, NodeAccel, NodeState, PortKind, PortSpec,
     SurfaceVelocity, Text, Traction, VehicleMass, Wrench,
 };
-pub use program::{Phase, PhaseSpec, Program, TransitionSpec, WatchSpec, compile_program};
-pub use provider::Service;
-pub use recorder::{Change, Consumer, Overflow, Recorder, SetRow};
-pub use rows::{Around, Group, Rows, Rule, Sample, Sink};
-pub use scenery::{PLAIN, Scenery, Sight};
-pub use schedule::Schedule;
-pub use services::{
-    Air, Atmosphere, Gravity, Ground, Handle, Light, Provided, Rock, SOLAR_CONSTANT,
-    SPEED_OF_LIGHT, ServiceKind, ServiceObject, Services, Soil, Sun, SunState, Surface, Terrain,
+pub use author::provider::Service;
+pub use author::scenery::{PLAIN, Scenery, Sight};
+pub use author::services::{Handle, Provided, ServiceKind, ServiceObject, Services};
+pub use author::shown::SharedField;
+pub use author::site::{Axes, Site};
+pub use author::sized::{SizedModel, SizedPorts};
+pub use author::start::{Anomaly, BodyStart, Start, StartFrame, TwoLineSource};
+pub use author::surroundings::{Vertical, needs_level_ground};
+pub use author::time::{Clock, IntoSeconds, Seconds};
+pub use author::units::{AU, Unit, UnitError, split_quantity};
+pub use author::value::{Fault, Faults, IntoValue, Located, Origin, Sources, Value, remedy, told};
+pub use author::variable::{Place, Role, Variable};
+pub use author::world::{Geographic, PlainWorld, World};
+pub use author::{columns, connectors, doc, noise, pattern, testing};
+pub use checkpoint::file::{Checkpoint, CheckpointError};
+pub use checkpoint::state::Snapshot;
+pub use compile::program::compile_program;
+pub use compile::{check_parts, compile, known_variables};
+pub use linkwork_names::{did_you_mean, nearest};
+pub use plan::balance;
+pub use plan::compiled::{
+    FieldPlan, Fires, GuardPlan, Guarded, Integration, Op, PartPlan, Plan, Row, Sizes, Sum,
+    TickWork, Via, Watched, WirePlan,
 };
-pub use shown::SharedField;
-pub use site::{Axes, Site};
-pub use sized::{SizedModel, SizedPorts};
-pub use spec::{Accuracy, Integrator, PartSpec, PortRef, Spec, WireSpec, WireTiming};
-pub use start::{Anomaly, BodyStart, Start, StartFrame, TwoLineSource};
+pub use plan::condition::{Condition, ConditionError, Times};
+pub use plan::program::{Phase, PhaseSpec, Program, TransitionSpec, WatchSpec};
+pub use plan::spec::{Accuracy, Integrator, PartSpec, PortRef, Spec, WireSpec, WireTiming};
+pub use recorders::recorder::{Consumer, Overflow, Recorder, SetRow};
+pub use recorders::rows::{Around, Group, Rows, Rule, Sample, Sink};
+pub use recorders::schedule::Schedule;
 pub use step::{
-    GuardState, MoveReport, Notice, Observer, ObserverRequest, Profile, RunError, Simulation,
-    Spent, State, Stop, Stretch, VariableError,
+    Change, GuardState, MoveReport, Notice, Observer, ObserverRequest, Profile, RunError,
+    Simulation, Spent, State, Stop, Stretch, VariableError,
 };
-pub use surroundings::{Vertical, needs_level_ground};
-pub use time::{Clock, IntoSeconds, Seconds};
-pub use units::{AU, Unit, UnitError, split_quantity};
-pub use value::{Fault, Faults, IntoValue, Located, Origin, Sources, Value, remedy, told};
-pub use variable::{Place, Role, Variable};
-pub use world::{Geographic, PlainWorld, World};
+
+/// Items for authors of a [`Host`] and of parts that solve for the states of many others, such as a multibody mechanism.
+///
+/// [`Prototype`] and [`Block`] are the part; [`Host`] converts bindings of other parts to ports of it. A host that places something finds its
+/// start with [`settle`](host::settle).
+pub mod host {
+    pub use crate::author::block::{OldState, copy_store};
+    pub use crate::author::model::Turning;
+    pub use crate::step::{SettleGroup, settle};
+}
 
 /// Items that a library of models needs in scope.
 pub mod prelude {
-    pub use crate::connectors::{
+    pub use crate::author::connectors::{
         Current, Currents, HeatFlow, HeatFlows, MassFlow, MassFlows, OpenVoltage, Propellant,
         Temperature, Voltage,
     };

@@ -1,10 +1,6 @@
 //! Loops of direct outputs: broken by a delay on a wire, or solved.
 use crate::common::*;
-use linkwork_multibody::{BodySpec, Builder, Hinge};
 use linkwork_runtime::*;
-use linkwork_spatial::nalgebra::Matrix3;
-use linkwork_spatial::{MassProperties, Vec3};
-use std::sync::Arc;
 
 fn solved(text: &str) -> WireSpec {
     WireSpec { timing: WireTiming::Solved { tolerance: 1e-12 }, ..wire(text) }
@@ -90,43 +86,6 @@ fn a_nonlinear_loop_is_solved_and_cuts_leave_no_trace() {
         }
     }
     assert_eq!(sim.state(), straight.state());
-}
-
-#[test]
-fn a_force_against_acceleration_is_added_mass() {
-    // A body of 2 kg pushed by 3 N through a fluid that takes 5 kg along: by iteration it would diverge.
-    let mut b = Builder::new();
-    b.body(
-        BodySpec::new("body", "world").hinge(Hinge::slider(Vec3::x())).mass(MassProperties::new(
-            2.0,
-            Vec3::zeros(),
-            Matrix3::identity(),
-        )),
-    );
-    let multibody = Arc::new(b.build().unwrap());
-    let mut s = with(
-        vec![
-            part("felt", "t.felt", &[], None),
-            part("one", "t.integrator", &[("k", 0.0)], None),
-            part("fluid", "t.push", &[("k", -5.0)], None),
-            part("drive", "t.push", &[("k", 3.0)], None),
-        ],
-        &[],
-        vec![solved("felt.y -> fluid.u")],
-    );
-    for name in ["felt", "fluid", "drive"] {
-        s.binds.push(BindSpec {
-            part: name.into(),
-            bind: "body".into(),
-            target: BindTarget::Node("body".into()),
-            origin: Origin::NONE,
-        });
-    }
-    s.set_mechanism(MechanismSpec::new("Mechanism", multibody, vec![0.0], vec![0.0]));
-    let mut sim = Simulation::new(plan(&s));
-    sim.run_until(seconds(2.0)).unwrap();
-    assert!((sim.get("felt.y").unwrap() - 3.0 / 7.0).abs() < 1e-11);
-    assert!((sim.get("body.speed").unwrap() - 6.0 / 7.0).abs() < 1e-11);
 }
 
 #[test]

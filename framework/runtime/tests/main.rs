@@ -3,17 +3,15 @@
 
 mod algebraic;
 mod common;
-mod constraints;
 mod events;
 mod fields;
 mod instants;
-mod joints;
-mod mechanism;
 mod model_macro;
 mod outputs_in_derivatives;
 mod pins;
 mod recorder;
 mod run;
+mod service_kinds;
 mod shared;
 mod sized;
 mod stepper;

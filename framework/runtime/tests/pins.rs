@@ -226,41 +226,6 @@ fn a_number_inside_a_solved_loop_is_not_pinned() {
     assert!((sim.get("b.y").unwrap() - 2.0).abs() < 1e-6);
 }
 
-/// An arm on a pin with a weight on a ball hinge.
-fn arm(method: Integrator) -> Spec {
-    let (multibody, q, v) = swinging_arm();
-    let mut s = spec(vec![], &[]);
-    s.set_mechanism(MechanismSpec::new("Mechanism", multibody, q, v));
-    s.integrator = method;
-    s
-}
-
-#[test]
-fn hinges_are_pinned_and_rotations_are_not() {
-    for (_, method) in Integrator::ALL {
-        let mut sim = Simulation::new(plan(&arm(method)));
-        for path in ["weight.rotation.x", "weight.rotation.w"] {
-            let e = sim.pin(path, 0.5).unwrap_err();
-            assert!(e.message.contains("holds it together"), "{e}");
-        }
-        // A rate that stays, an angle that goes with it.
-        sim.pin("arm.rate", 0.5).unwrap();
-        sim.run_until(seconds(1.0)).unwrap();
-        assert!((sim.get("arm.angle").unwrap() - 1.3).abs() < 1e-9, "{method:?}");
-        assert_eq!(sim.get("arm.rate").unwrap(), 0.5);
-        let angle = sim.get("arm.angle").unwrap();
-        sim.pin("arm.angle", angle).unwrap();
-        sim.run_until(seconds(2.0)).unwrap();
-        assert_eq!(sim.get("arm.angle").unwrap().to_bits(), angle.to_bits(), "{method:?}");
-        // The mechanism integrates the acceleration that it shows.
-        sim.unpin("arm.rate").unwrap();
-        sim.unpin("arm.angle").unwrap();
-        sim.pin("arm.acceleration", -1.0).unwrap();
-        sim.run_until(seconds(2.5)).unwrap();
-        assert!((sim.get("arm.rate").unwrap() - 0.0).abs() < 1e-9, "{method:?}");
-    }
-}
-
 /// Two phases: the second has not `gain`, and drives `free.u` by a wire.
 fn phases() -> Arc<Program> {
     let both = || {

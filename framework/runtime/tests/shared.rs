@@ -16,14 +16,14 @@ pub struct FileWorld(f64);
 impl Service for FileWorld {
     const NAME: &'static str = "t.file_world";
     const DOC: &'static str = "A world whose gravity parameter stands in a file.";
-    const KIND: ServiceKind = ServiceKind::World;
+    type Provides = dyn World;
     type Params = FromFile;
     fn build(p: FromFile, files: &Files) -> Result<Self, BuildError> {
         let text = files.text(&p.file)?;
         text.trim().parse().map(FileWorld).map_err(|e| BuildError::of(&e))
     }
     fn object(self) -> ServiceObject {
-        ServiceObject::World(Arc::new(PlainWorld::inertial(self.0, 1e6, 0.0)))
+        ServiceObject::new::<dyn World>(Arc::new(PlainWorld::inertial(self.0, 1e6, 0.0)))
     }
 }
 /// The world.
@@ -42,13 +42,13 @@ impl linkwork_runtime::Gravity for Pull {
 impl Service for Pull {
     const NAME: &'static str = "t.pull";
     const DOC: &'static str = "Gravity of the world.";
-    const KIND: ServiceKind = ServiceKind::Gravity;
+    type Provides = dyn Gravity;
     type Params = OfWorld;
     fn build(p: OfWorld, _: &Files) -> Result<Self, BuildError> {
         Ok(Pull(p.world.mu().unwrap_or(0.0)))
     }
     fn object(self) -> ServiceObject {
-        ServiceObject::Gravity(Arc::new(self))
+        ServiceObject::new::<dyn Gravity>(Arc::new(self))
     }
 }
 
@@ -77,7 +77,7 @@ fn a_changed_file_of_the_world_changes_what_depends_on_it() {
         std::fs::write(folder.join(name), mu).unwrap();
         let files = Files::of(vec![folder.clone()]).sharing(made.clone());
         let plan = compile(&spec, &all, &files).unwrap_or_else(|e| panic!("{e}"));
-        let gravity = plan.services.iter().find_map(|(_, o)| <dyn Gravity as Provided>::of(o));
+        let gravity = plan.services.iter().find_map(|(_, o)| o.get::<dyn Gravity>().cloned());
         let gravity = gravity.unwrap();
         (-gravity.acceleration(0.0, Vec3::x()).x, Arc::as_ptr(&gravity).cast::<()>())
     };

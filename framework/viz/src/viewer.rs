@@ -11,8 +11,9 @@ use crate::stream::{self, RrdFile, VizError, Wrap};
 use crate::trail::{Trail, color};
 use linkwork_dynamics::{Tree, Workspace, kinematics};
 use linkwork_multibody::{BodyId, NodeId};
+use linkwork_plant::{PlanExt, ProgramExt};
 use linkwork_runtime::{
-    Consumer, Group, OVERLAY_PERIOD, Program, Sample, Seconds, ServiceObject, Surface,
+    Consumer, Group, OVERLAY_PERIOD, Program, Sample, Seconds, Surface, Terrain,
 };
 use linkwork_spatial::{Pose, Quat, Vec3};
 use re_sdk::{AsComponents, EntityPath, RecordingStream, TimeCell};
@@ -141,7 +142,7 @@ impl View {
             }
         }
         for (path, object) in program.phases.iter().flat_map(|p| p.plan.services.iter()) {
-            if let ServiceObject::Terrain(t) = object
+            if let Some(t) = object.get::<dyn Terrain>()
                 && !view.terrain.iter().any(|(known, _)| *known == entity(path))
             {
                 view.terrain.push((entity(path), t.surface()));

@@ -5,6 +5,7 @@
 use linkwork_collision::{Shape as Geometry, VisualShape};
 use linkwork_dynamics::{Workspace, kinematics};
 use linkwork_multibody::{BodySpec, Builder, Hinge};
+use linkwork_plant::{MechanismSpec, PlanExt, SpecExt};
 use linkwork_runtime::*;
 use linkwork_spatial::nalgebra::Matrix3;
 use linkwork_spatial::{MassProperties, Pose, Quat, Vec3};

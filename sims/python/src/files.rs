@@ -6,6 +6,7 @@ use linkwork_assembly::machine::read_machine;
 use linkwork_collision::Colliders;
 use linkwork_formats::{Description, DeviceKind, ReadOptions, Root};
 use linkwork_multibody::{Hinge, Multibody};
+use linkwork_plant::SpecExt;
 use linkwork_runner::Library;
 pub use linkwork_runner::Ready;
 use linkwork_runtime::Entry;

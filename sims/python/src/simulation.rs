@@ -9,6 +9,7 @@ use crate::running::{Running, Stopped};
 use crate::values::{overrides, period, seconds, seed_or_none};
 use linkwork_assembly::BodyShape;
 use linkwork_assembly::form::LogRule;
+use linkwork_plant::PlanExt;
 use linkwork_runner::Goal;
 use linkwork_runtime::{self as runtime, Checkpoint, Plan, Program, Seconds};
 use pyo3::gc::{PyTraverseError, PyVisit};

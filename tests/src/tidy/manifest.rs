@@ -71,9 +71,10 @@ fn unquoted(text: &str) -> String {
 }
 
 /// Floors, in tenths so that the façade finds its place above the floors that it re-exports.
-const FLOORS: [(&str, u32); 24] = [
+const FLOORS: [(&str, u32); 26] = [
     ("framework/derive", 0),
     ("framework/maths", 0),
+    ("framework/names", 0),
     ("framework/spatial", 10),
     ("framework/multibody", 20),
     ("framework/world", 20),
@@ -86,6 +87,7 @@ const FLOORS: [(&str, u32); 24] = [
     ("framework/embedded_c", 55),
     ("framework/render", 55),
     ("framework/runtime", 50),
+    ("framework/plant", 55),
     ("framework/assembly", 60),
     ("framework/record", 60),
     ("framework/viz", 60),

@@ -51,14 +51,17 @@ pub fn services() -> Services {
     };
     let world = PlanetWorld::handle(world, &Files::default()).map_err(|e| e.message).unwrap();
     let mut all = Services::default();
-    all.add("world", ServiceObject::World(world.object().clone()));
+    all.add("world", ServiceObject::new::<dyn World>(world.object().clone()));
     all.add(
         "world.ground",
-        ServiceObject::Terrain(Arc::new(Plane { half: 1e3, soil, ..Plane::default() })),
+        ServiceObject::new::<dyn Terrain>(Arc::new(Plane { half: 1e3, soil, ..Plane::default() })),
     );
-    all.add("world.gravity", ServiceObject::Gravity(uniform_gravity(3.71).object().clone()));
-    all.add("world.air", ServiceObject::Atmosphere(Arc::new(Thin)));
+    all.add(
+        "world.gravity",
+        ServiceObject::new::<dyn Gravity>(uniform_gravity(3.71).object().clone()),
+    );
+    all.add("world.air", ServiceObject::new::<dyn Atmosphere>(Arc::new(Thin)));
     let sun = sun(Vec3::new(0.3, 0.2, 0.9), 1.5);
-    all.add("world.sun", ServiceObject::Sun(sun.object().clone()));
+    all.add("world.sun", ServiceObject::new::<dyn Sun>(sun.object().clone()));
     all
 }

@@ -1,5 +1,6 @@
 //! Simulations whose mechanism changes during the run: preserved state, momentum balance, and bit-identical continuation from checkpoints.
 use linkwork_assembly::{Options, load_text};
+use linkwork_plant::PlanExt;
 use linkwork_runtime::{Checkpoint, Files, Simulation, Stop};
 use linkwork_spatial::Vec3;
 use std::sync::Arc;

@@ -1,5 +1,6 @@
 //! Bodies that are grasped and released during the run: with active loops, couplings and contact, and with a flexible body.
 use linkwork_dynamics::{Workspace, kinematics, kinetic_energy, momentum};
+use linkwork_plant::PlanExt;
 use linkwork_runtime::{Role, Seconds, Simulation};
 
 use crate::common;

@@ -1,4 +1,5 @@
 //! The rover's wheels on bodies: it stays parked on a slab, rolls on it as on rigid ground, and edges do not cause jolts.
+use linkwork_plant::PlanExt;
 use linkwork_runtime::Simulation;
 
 use crate::common;

@@ -1,4 +1,5 @@
 //! The rocker-bogie rover compared with statics: parked on slopes, its weight, the loads of its axles, its differential.
+use linkwork_plant::PlanExt;
 use linkwork_runtime::{Seconds, Simulation};
 
 use crate::common;

@@ -1,6 +1,7 @@
 //! Rocky 8 compared with data published by its makers: the committed files follow from the JSON files, masses and kinetic energy from an independent
 //! reading of them, and the rover stands, drives and steers as it should.
 use linkwork_dynamics::{Workspace, kinematics};
+use linkwork_plant::PlanExt;
 use linkwork_runtime::{Seconds, Simulation};
 use linkwork_spatial::nalgebra::Matrix3;
 use linkwork_spatial::{Quat, Vec3};

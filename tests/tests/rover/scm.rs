@@ -1,4 +1,5 @@
 //! A complete rover on ground that deforms node by node: weight, rest on a slope, ruts of the preceding wheels, checkpoints, mirror symmetry.
+use linkwork_plant::PlanExt;
 use linkwork_runtime::Simulation;
 
 use crate::common;

@@ -1,5 +1,6 @@
 //! Hinges that follow a profile: exact positions, the order of the integrator, bit-identical continuation, errors and warnings.
 use linkwork_assembly::{Loaded, Options, load_file, load_text};
+use linkwork_plant::PlanExt;
 use linkwork_runtime::{Catalogue, Fault, Files, Seconds, Simulation};
 use std::sync::Arc;
 

@@ -1,6 +1,7 @@
 //! Analysis of constraints: rank, mobility, redundant and contradicting constraints by name.
 use linkwork_assembly::{Options, load_text};
-use linkwork_runtime::{Catalogue, Fault, Files, RankReport, Seconds, Simulation};
+use linkwork_plant::{PlanExt, RankReport};
+use linkwork_runtime::{Catalogue, Fault, Files, Seconds, Simulation};
 use std::sync::Arc;
 
 use crate::common;

@@ -98,9 +98,10 @@ mod tests {
     use super::*;
     use crate::propulsion::slosh::Slosh;
     use linkwork_formats::multibody::{BodySpec, Builder, Hinge, SubhingeKind};
+    use linkwork_plant::MechanismSpec;
     use linkwork_runtime::{
-        Accuracy, BindSpec, BindTarget, Catalogue, Integrator, MechanismSpec, Origin, PartSpec,
-        PortRef, Seconds, Simulation, Spec, Value, WireSpec, compile,
+        Accuracy, BindSpec, BindTarget, Catalogue, Integrator, Origin, PartSpec, PortRef, Seconds,
+        Simulation, Spec, Value, WireSpec, compile,
     };
     use linkwork_spatial::nalgebra::Matrix3;
     use linkwork_spatial::{MassProperties, Pose};

@@ -14,7 +14,8 @@ use crate::schema::record::{Presence, of, record};
 use crate::text::report::Cx;
 use crate::text::value::{Text, variant};
 use linkwork_multibody::Hinge;
-use linkwork_runtime::{Closing, Located, Value};
+use linkwork_plant::Closing;
+use linkwork_runtime::{Located, Value};
 use linkwork_solvers::ConstraintMethod;
 use linkwork_spatial::Pose;
 

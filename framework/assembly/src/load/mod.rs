@@ -32,9 +32,10 @@ use crate::wiring::parts::{binds, parts};
 use crate::wiring::wires::Wiring;
 use linkwork_collision::{Colliders, VisualShape};
 use linkwork_formats::{mesh_corners, whole_text};
+use linkwork_plant::{MechanismSpec, SpecExt};
 use linkwork_runtime::{
-    Catalogue, Fault, Faults, Integrator, Located, MechanismSpec, Origin, PhaseSpec, Program,
-    Sources, Spec, Value, WatchSpec,
+    Catalogue, Fault, Faults, Integrator, Located, Origin, PhaseSpec, Program, Sources, Spec,
+    Value, WatchSpec,
 };
 use linkwork_solvers::FixedValues;
 use std::collections::BTreeMap;

@@ -3,10 +3,8 @@ use crate::form::settings::{PlaceMotion, PlacementForm};
 use crate::text::patterns::path_matches;
 use crate::text::value::Text;
 use linkwork_multibody::Multibody;
-use linkwork_runtime::{
-    Fault, Handle, KinematicSpec, Placed, Placement, Plan, Terrain, place_on_terrain, remedy,
-    settle_placed,
-};
+use linkwork_plant::{KinematicSpec, Placed, Placement, PlanExt, place_on_terrain, settle_placed};
+use linkwork_runtime::{Fault, Handle, Plan, Terrain, remedy};
 use linkwork_solvers::Vehicle;
 
 /// Places machines on their ground: first until their wheels just touch, then until they rest. Names may contain `*`.

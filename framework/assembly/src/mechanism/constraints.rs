@@ -17,7 +17,8 @@ use linkwork_multibody::{
     Builder, Coordinate, Coupling, Hinge, HingeCoordinate, LoopClosure, LoopMotion, Powers,
     Subhinge, SubhingeKind, Term,
 };
-use linkwork_runtime::{Closing, Located, Origin, Value};
+use linkwork_plant::Closing;
+use linkwork_runtime::{Located, Origin, Value};
 use linkwork_solvers::ConstraintMethod;
 use linkwork_spatial::Pose;
 use std::collections::BTreeMap;

@@ -17,9 +17,8 @@ use crate::text::report::Cx;
 use crate::text::value::{full_name, outer};
 use linkwork_collision::{ColliderSpec, Colliders, Shape, VisualShape};
 use linkwork_multibody::{BodySpec, Builder, Loop, LoopMotion, Modes, Multibody};
-use linkwork_runtime::{
-    BodyStart, ContactSpec, Located, MechanismSpec, Origin, PLAIN, Scenery, Sight,
-};
+use linkwork_plant::{ContactSpec, MechanismSpec};
+use linkwork_runtime::{BodyStart, Located, Origin, PLAIN, Scenery, Sight};
 use linkwork_solvers::FixedValues;
 use linkwork_spatial::Pose;
 use std::collections::BTreeMap;

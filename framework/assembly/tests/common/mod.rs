@@ -2,8 +2,9 @@
 #![allow(dead_code)]
 use linkwork_assembly::{Failure, Loaded, Look, Options, load_text};
 use linkwork_collision::Colliders;
+use linkwork_plant::{MechanismSpec, SpecExt};
 use linkwork_runtime::prelude::*;
-use linkwork_runtime::{Catalogue, Files, MechanismSpec, Seconds, Simulation, Spec, compile};
+use linkwork_runtime::{Catalogue, Files, Seconds, Simulation, Spec, compile};
 
 /// Winding.
 #[derive(Params, Clone, Debug)]

@@ -8,7 +8,7 @@ use super::{DaveModel, DaveVariable, Making, Role, Shot, ShotValue};
 use crate::FormatError;
 use crate::error::{FaultKind, FileFault, FilePlace};
 use crate::xml::{self, Element};
-use linkwork_multibody::names::suggest;
+use linkwork_names::suggest;
 use std::collections::BTreeMap;
 
 /// Reads a model.

@@ -14,8 +14,8 @@ use crate::error::FaultKind;
 use crate::read::{Cx, root_body};
 use crate::xml::Element;
 use crate::{Description, Initial, Joint};
-use linkwork_multibody::names::suggest;
 use linkwork_multibody::{BallLimits, BodySpec, Friction, Hinge, Limits, Subhinge, SubhingeKind};
+use linkwork_names::suggest;
 use linkwork_spatial::{Pose, Vec3};
 
 /// A site, including sites on the world, which are not nodes.

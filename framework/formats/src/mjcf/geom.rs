@@ -14,7 +14,7 @@ use crate::read::Cx;
 use crate::urdf::turned;
 use crate::xml::Element;
 use crate::{BodyShape, Description, Geometry, ShapeRole};
-use linkwork_multibody::names::suggest;
+use linkwork_names::suggest;
 use linkwork_spatial::{InertiaCheck, MassProperties, Mat3, Pose, RigidInertia, Vec3};
 use std::f64::consts::PI;
 

@@ -9,7 +9,7 @@ mod tests;
 
 use crate::Format;
 use crate::xml::{Element, Names};
-use linkwork_multibody::names::suggest;
+use linkwork_names::suggest;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 

@@ -7,6 +7,7 @@ use crate::run::{self, Looked};
 use linkwork_assembly::Failure;
 use linkwork_dynamics::{Workspace, kinematics};
 use linkwork_multibody::Multibody;
+use linkwork_plant::PlanExt;
 use linkwork_runtime::{Fault, Plan, Program, Seconds, ServiceObject, Site, Unit, remedy};
 use linkwork_spatial::{Pose, Quat};
 use linkwork_viz::{ExternalData, InUnit, Panel, Player, Scene, Shape, View, VizError};

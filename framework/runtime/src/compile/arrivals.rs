@@ -1,12 +1,12 @@
 //! What arrives at the inputs of all parts, and what follows of it: one source lane for each input lane; reductions get many.
 use super::connections::{Connections, Link};
-use super::host::End;
 use super::part::Part;
-use crate::model::{Description, lanes};
-use crate::plan::Sum;
-use crate::ports::PortSpec;
-use crate::shown::BINDING;
-use crate::value::Fault;
+use crate::author::host::End;
+use crate::author::model::{Description, lanes};
+use crate::author::ports::PortSpec;
+use crate::author::shown::BINDING;
+use crate::author::value::Fault;
+use crate::plan::compiled::Sum;
 
 /// A source lane that arrives at an input lane.
 #[derive(Clone, Copy)]
@@ -226,7 +226,7 @@ fn unwired(part: &Part<'_>, port: &PortSpec) -> Fault {
         "" | "1" | "*" => String::new(),
         u => format!(" ({u})"),
     };
-    let meaning = crate::doc::first_sentence(&port.doc);
+    let meaning = crate::author::doc::first_sentence(&port.doc);
     let meaning = meaning.trim_end_matches('.');
     Fault::new(part.spec.origin, format!("required input `{path}.{name}`{unit} is not wired"))
         .help(format!("{meaning}: add a wire `… -> {path}.{name}`"))

@@ -1,15 +1,15 @@
 //! Bindings: gathered with the ports that they serve, and handed to the host.
 use super::connections::Connections;
-use super::host::{Bound, End, Lowering};
 use super::part::Part;
-use crate::binding::{BindSpec, BindTarget};
-use crate::block::{Prototype, Wiring};
-use crate::ports::{PortKind, PortSpec};
-use crate::scenery::TO_NODE;
-use crate::services::Services;
-use crate::shown::BINDING;
-use crate::spec::{PartSpec, Spec};
-use crate::value::{Fault, Value, remedy};
+use crate::author::binding::{BindSpec, BindTarget};
+use crate::author::block::{Prototype, Wiring};
+use crate::author::host::{Bound, End, Lowering};
+use crate::author::ports::{PortKind, PortSpec};
+use crate::author::scenery::TO_NODE;
+use crate::author::services::Services;
+use crate::author::shown::BINDING;
+use crate::author::value::{Fault, Value, remedy};
+use crate::plan::spec::{PartSpec, Spec};
 use std::collections::BTreeMap;
 
 /// The host's part as the parts' specifications have it; none when nothing binds and there is none.

@@ -2,14 +2,14 @@
 use super::arrivals::Arrivals;
 use super::connections::{Connections, Link, Tear};
 use super::find::{Finder, FoundPort};
-use super::host::{End, HostWire};
 use super::order::Order;
 use super::part::Part;
-use crate::plan::{Sizes, Via, WirePlan};
-use crate::ports::{PortKind, PortSpec, Text};
-use crate::spec::{PortRef, Spec, WireSpec, WireTiming};
-use crate::units::Unit;
-use crate::value::{Fault, Origin};
+use crate::author::host::{End, HostWire};
+use crate::author::ports::{PortKind, PortSpec, Text};
+use crate::author::units::Unit;
+use crate::author::value::{Fault, Origin};
+use crate::plan::compiled::{Sizes, Via, WirePlan};
+use crate::plan::spec::{PortRef, Spec, WireSpec, WireTiming};
 use std::collections::BTreeMap;
 
 struct Connector<'a, 'b, 'w> {

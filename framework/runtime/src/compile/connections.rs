@@ -1,7 +1,7 @@
 //! Connections: which lane feeds which input.
-use super::host::End;
-use crate::plan::{Sizes, Sum, Via};
-use crate::value::Origin;
+use crate::author::host::End;
+use crate::author::value::Origin;
+use crate::plan::compiled::{Sizes, Sum, Via};
 use std::collections::BTreeMap;
 
 /// The result of connecting.

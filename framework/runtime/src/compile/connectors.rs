@@ -6,9 +6,9 @@
 //! nor created by wiring.
 use super::connections::Link;
 use super::part::Part;
-use crate::plan::Via;
-use crate::ports::PortSpec;
-use crate::value::Fault;
+use crate::author::ports::PortSpec;
+use crate::author::value::Fault;
+use crate::plan::compiled::Via;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Reports connectors that are not connected, and those that are connected in one direction only.

@@ -1,10 +1,10 @@
 //! Wires with a delay: each is a sampled part between its two ends, with its own lanes and state.
 use super::part::Part;
-use crate::block::{Block, EvalTime, Outcome, Prototype, Wiring};
-use crate::model::{Description, Functions};
-use crate::ports::{PortKind, PortSpec};
-use crate::spec::{PartSpec, PortRef, Spec, WireSpec, WireTiming};
-use crate::value::{Fault, Value};
+use crate::author::block::{Block, EvalTime, Outcome, Prototype, Wiring};
+use crate::author::model::{Description, Functions};
+use crate::author::ports::{PortKind, PortSpec};
+use crate::author::value::{Fault, Value};
+use crate::plan::spec::{PartSpec, PortRef, Spec, WireSpec, WireTiming};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;

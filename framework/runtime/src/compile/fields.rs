@@ -1,13 +1,13 @@
 //! Fields: each reader finds its own, and the imprints of its writers become wires.
-use super::host::{End, HostWire};
 use super::part::Part;
-use crate::binding::{BindSpec, BindTarget};
-use crate::field::imprint_port;
-use crate::plan::FieldPlan;
-use crate::ports::PortSpec;
-use crate::shown::BINDING;
-use crate::spec::Spec;
-use crate::value::{Fault, remedy};
+use crate::author::binding::{BindSpec, BindTarget};
+use crate::author::field::imprint_port;
+use crate::author::host::{End, HostWire};
+use crate::author::ports::PortSpec;
+use crate::author::shown::BINDING;
+use crate::author::value::{Fault, remedy};
+use crate::plan::compiled::FieldPlan;
+use crate::plan::spec::Spec;
 use std::collections::BTreeMap;
 
 /// Relation of a part to a field.

@@ -1,9 +1,9 @@
 //! Parts and ports by their names. The index is made once, so that a wire costs the same on a mechanism with thousands of ports.
 use super::part::Part;
-use crate::model::Description;
-use crate::ports::PortSpec;
-use crate::spec::PortRef;
-use crate::value::{Fault, Origin, remedy};
+use crate::author::model::Description;
+use crate::author::ports::PortSpec;
+use crate::author::value::{Fault, Origin, remedy};
+use crate::plan::spec::PortRef;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 

@@ -1,8 +1,8 @@
 //! Operations before they are ordered: what each reads and writes, and how often its result changes.
 use super::connections::Connections;
 use super::part::Part;
-use crate::model::lanes;
-use crate::plan::Op;
+use crate::author::model::lanes;
+use crate::plan::compiled::Op;
 use std::collections::BTreeSet;
 
 /// When an operation's outputs may change.

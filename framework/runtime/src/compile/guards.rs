@@ -2,11 +2,11 @@
 use super::connections::Connections;
 use super::order::Order;
 use super::part::Part;
-use crate::condition::Condition;
-use crate::plan::{Fires, GuardPlan, Guarded, Watched};
-use crate::ports::Direction;
-use crate::value::{Fault, Origin};
-use crate::variable::{Place, Variable};
+use crate::author::ports::Direction;
+use crate::author::value::{Fault, Origin};
+use crate::author::variable::{Place, Variable};
+use crate::plan::compiled::{Fires, GuardPlan, Guarded, Watched};
+use crate::plan::condition::Condition;
 use std::collections::BTreeMap;
 
 /// A condition on which a phase is left.

@@ -1,10 +1,10 @@
 //! Services that several compilations share: made anew only when words or files differ.
-use crate::catalogue::Entry;
-use crate::files::Files;
-use crate::made::One;
-use crate::params::ReadCx;
-use crate::services::ServiceObject;
-use crate::spec::PartSpec;
+use crate::author::catalogue::Entry;
+use crate::author::files::Files;
+use crate::author::made::One;
+use crate::author::params::ReadCx;
+use crate::author::services::ServiceObject;
+use crate::plan::spec::PartSpec;
 use std::collections::BTreeMap;
 
 /// The files that a service read when it was made, with fingerprints of their contents; none where nothing is shared.

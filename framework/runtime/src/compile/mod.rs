@@ -16,33 +16,31 @@ mod fields;
 mod find;
 mod flat;
 mod guards;
-mod host;
 mod made;
 mod order;
 mod part;
+pub(crate) mod program;
 mod settings;
 mod solved;
 mod table;
 mod variables;
 
-use crate::block::Wiring;
-use crate::catalogue::{Catalogue, Entry};
-use crate::files::Files;
-use crate::model::lanes;
-use crate::noise;
-use crate::params::ReadCx;
-use crate::plan::{FieldPlan, Identity, PartPlan, Plan, Sizes};
-use crate::services::{ServiceKind, Services};
-use crate::spec::{Accuracy, PartSpec, Spec};
-use crate::time::Seconds;
-use crate::value::{Fault, Faults, Origin};
-pub(crate) use guards::{WatchedSpec, WhenSpec};
-pub use host::{Bound, End, Host, HostWire, Lowering};
+use crate::author::block::Wiring;
+use crate::author::catalogue::{Catalogue, Entry};
+use crate::author::files::Files;
+use crate::author::host::{HostWire, Lowering};
+use crate::author::model::lanes;
+use crate::author::noise;
+use crate::author::params::ReadCx;
+use crate::author::services::{ServiceKind, Services};
+use crate::author::time::Seconds;
+use crate::author::value::{Fault, Faults, Origin};
+use crate::plan::compiled::{FieldPlan, Identity, PartPlan, Plan, Sizes};
+use crate::plan::spec::{Accuracy, PartSpec, Spec};
+use guards::{WatchedSpec, WhenSpec};
 use part::Part;
-pub(crate) use solved::REPORT;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
-pub(crate) use table::common_tick;
 pub use variables::known_variables;
 
 /// Compiles a specification. O(n log n) in the number of parts and wires.
@@ -100,8 +98,7 @@ pub(crate) fn compile_phase(
         .collect();
     let host_spec = bindings::host_spec(spec);
     let delays = delays::split(spec);
-    let mut lowering =
-        host::Lowering { wires: Vec::new(), faults: &mut faults, warnings: &mut warnings };
+    let mut lowering = Lowering { wires: Vec::new(), faults: &mut faults, warnings: &mut warnings };
     let host = bindings::bind(spec, &parts, &absent, &services, &mut lowering);
     let bound = lowering.wires;
     if let (Some(prototype), Some(spec)) = (host, &host_spec) {
@@ -273,7 +270,7 @@ fn build_services(
     let scenery = spec.host.as_ref().map(|h| h.scenery()).unwrap_or_default();
     let mut services = Services::seeing(scenery);
     // The world comes first: the others take constants, date and axes from it.
-    let is_world = |e: &Entry| e.service_kind() == Some(ServiceKind::World);
+    let is_world = |e: &Entry| e.service_kind().is_some_and(ServiceKind::is_first);
     let worlds: Vec<_> = entries.iter().filter(|(_, e)| is_world(e)).collect();
     let stated = |part: &PartSpec| format!("{} {}", part.model, part.params.value);
     for (other, _) in worlds.iter().skip(1).filter(|(p, _)| stated(p) != stated(worlds[0].0)) {
@@ -399,7 +396,11 @@ fn identity(
         after += &format!("{field:?}\n");
     }
     let sees = |p: &Part<'_>| {
-        p.prototype.description().params.iter().any(|spec| spec.kind == crate::scenery::KIND)
+        p.prototype
+            .description()
+            .params
+            .iter()
+            .any(|spec| spec.kind == crate::author::scenery::KIND)
     };
     if parts.iter().any(sees) {
         after += &services.scenery.fingerprint();

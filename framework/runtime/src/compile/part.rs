@@ -1,6 +1,6 @@
 //! A part while it is compiled.
-use crate::block::{Prototype, Wiring};
-use crate::spec::PartSpec;
+use crate::author::block::{Prototype, Wiring};
+use crate::plan::spec::PartSpec;
 
 /// A part while compiling.
 pub(crate) struct Part<'a> {

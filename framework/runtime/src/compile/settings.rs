@@ -1,13 +1,13 @@
 //! Settings of the integration, and the states that follow special rules.
 use super::part::Part;
-use crate::model::{Description, Turning, lanes};
-use crate::pattern;
-use crate::plan::{Integration, ServiceQuery};
-use crate::ports::PortKind;
-use crate::services::{ServiceKind, ServiceObject, Services};
-use crate::spec::Spec;
-use crate::value::{Fault, Origin};
-use crate::variable::{Place, Variable};
+use crate::author::model::{Description, Turning, lanes};
+use crate::author::pattern;
+use crate::author::ports::PortKind;
+use crate::author::services::Services;
+use crate::author::value::{Fault, Origin};
+use crate::author::variable::{Place, Variable};
+use crate::plan::compiled::{Integration, ServiceQuery};
+use crate::plan::spec::Spec;
 use linkwork_integrate::{Control, Limits, Norm, Tolerances};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -45,12 +45,9 @@ pub(super) fn stepped_outputs(parts: &[Part<'_>]) -> Vec<Range<usize>> {
 pub(super) fn asked(parts: &[Part<'_>], services: &Services) -> Vec<ServiceQuery> {
     let mut all = Vec::new();
     for (k, part) in parts.iter().enumerate() {
-        let of_places = |object: &&ServiceObject| {
-            matches!(object.kind(), ServiceKind::Atmosphere | ServiceKind::Terrain)
-        };
         let objects = services.iter().filter(|(path, _)| part.asks.iter().any(|p| p == path));
         let d = part.prototype.description();
-        for (service, object) in objects.filter(|(_, object)| of_places(object)) {
+        for (service, object) in objects.filter(|(_, object)| object.kind().is_local()) {
             for (ports, wired) in
                 [(&d.inputs, &part.wiring.u), (&d.feedthrough_inputs, &part.wiring.ud)]
             {

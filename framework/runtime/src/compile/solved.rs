@@ -2,14 +2,11 @@
 use super::connections::Connections;
 use super::flat::{Flat, NONE, Variability};
 use super::part::Part;
-use crate::plan::{Loop, Op};
-use crate::value::Fault;
+use crate::author::value::Fault;
+use crate::plan::compiled::{Loop, Op, REPORT};
 use petgraph::algo::tarjan_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
 use std::collections::{BTreeMap, BTreeSet};
-
-/// Lanes of a report: iterations, residual.
-pub(crate) const REPORT: usize = 2;
 
 /// Takes the operations of each loop into one, in `flat`; gives the order of what is left (`sequence` is
 /// one of the operations as if every sought value were known), the loops, and how many lanes they need.

@@ -2,10 +2,10 @@
 use super::flat::Variability;
 use super::order::Order;
 use super::part::Part;
-use crate::plan::{FieldPlan, Row, TickWork};
-use crate::spec::Spec;
-use crate::time::Seconds;
-use crate::value::{Fault, Origin};
+use crate::author::time::Seconds;
+use crate::author::value::{Fault, Origin};
+use crate::plan::compiled::{FieldPlan, Row, TickWork};
+use crate::plan::spec::Spec;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Largest number of rows; rates with more rows are rejected, because they have no small common period.

@@ -2,13 +2,13 @@
 use super::connections::Connections;
 use super::part::Part;
 use crate::Catalogue;
-use crate::block::Named;
-use crate::files::Files;
-use crate::model::Description;
-use crate::plan::Loop;
-use crate::ports::{PortKind, PortSpec, Text};
-use crate::spec::Spec;
-use crate::variable::{Place, Role, Variable};
+use crate::author::block::Named;
+use crate::author::files::Files;
+use crate::author::model::Description;
+use crate::author::ports::{PortKind, PortSpec, Text};
+use crate::author::variable::{Place, Role, Variable};
+use crate::plan::compiled::Loop;
+use crate::plan::spec::Spec;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 

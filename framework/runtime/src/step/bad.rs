@@ -1,6 +1,7 @@
 //! Variables that are no numbers, and states that ran away.
-use super::{RunError, Simulation, State};
-use crate::variable::{Place, Role, Variable};
+use super::simulation::{RunError, Simulation};
+use super::state::State;
+use crate::author::variable::{Place, Role, Variable};
 
 /// Beyond this magnitude a continuous state is a runaway.
 const RUNAWAY: f64 = 1e15;

@@ -2,12 +2,13 @@
 use super::evaluate;
 use super::reports::Notices;
 use super::simulation::initial;
+use super::simulation::{Simulation, Work};
+use super::state::{GuardState, State};
 use super::stopped::Stopped;
-use super::{GuardState, Simulation, State, Work};
-use crate::block::Evaluation;
-use crate::plan::blocks_of;
-use crate::plan::{Fires, Plan};
-use crate::program::Program;
+use crate::author::block::Evaluation;
+use crate::plan::compiled::blocks_of;
+use crate::plan::compiled::{Fires, Plan};
+use crate::plan::program::Program;
 use std::sync::Arc;
 
 impl Simulation {

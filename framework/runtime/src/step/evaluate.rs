@@ -2,11 +2,12 @@
 use super::linear::Linear;
 use super::operation::run;
 use super::pinned::Pins;
+use super::state::GuardState;
 use super::stopped::{Stopped, of};
-use super::{GuardState, turning};
-use crate::block::{Block, EvalTime, Evaluation, Outcome};
-use crate::condition::Times;
-use crate::plan::{Op, Plan};
+use super::turning;
+use crate::author::block::{Block, EvalTime, Evaluation, Outcome};
+use crate::plan::compiled::{Op, Plan};
+use crate::plan::condition::Times;
 use linkwork_integrate::{At, System};
 use std::ops::Range;
 

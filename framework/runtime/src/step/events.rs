@@ -11,11 +11,12 @@
 //! reached zero there. Later it is due where it reaches zero coming from its other side. Conditions of transitions are due as soon as they hold.
 use super::evaluate::{self, Running};
 use super::simulation::Purpose;
+use super::simulation::Simulation;
+use super::state::{GuardState, State};
 use super::stopped::Stopped;
-use super::{GuardState, Simulation, State};
-use crate::block::{EvalTime, Evaluation, Failure};
-use crate::model::Fired;
-use crate::plan::{Fires, GuardPlan, Plan};
+use crate::author::block::{EvalTime, Evaluation, Failure};
+use crate::author::model::Fired;
+use crate::plan::compiled::{Fires, GuardPlan, Plan};
 use linkwork_integrate::Failure as StepFailure;
 use linkwork_integrate::events::{Crossing, Direction, Search, SearchError, Side, first_crossing};
 

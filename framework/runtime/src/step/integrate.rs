@@ -3,13 +3,14 @@
 use super::evaluate::{self, Running};
 use super::pinned::Pins;
 use super::simulation::Purpose;
+use super::simulation::{RunError, Simulation, Stop};
+use super::state::State;
 use super::stopped::Stopped;
-use super::{RunError, Simulation, State, Stop};
 use super::{observe, turning};
-use crate::block::{EvalTime, Evaluation};
-use crate::plan::Plan;
-use crate::value::{Fault, Origin};
-use crate::variable::Place;
+use crate::author::block::{EvalTime, Evaluation};
+use crate::author::value::{Fault, Origin};
+use crate::author::variable::Place;
+use crate::plan::compiled::Plan;
 use linkwork_integrate::Failure;
 
 /// Steps and events one after another that do not advance a run, beyond which it ends.

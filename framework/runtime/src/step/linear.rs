@@ -1,7 +1,7 @@
 //! Storage of the linearization of a plan.
 use super::operation::eliminate;
-use crate::jacobian::{Jacobian, Operation};
-use crate::plan::{Loop, Plan};
+use crate::author::jacobian::{Jacobian, Operation};
+use crate::plan::compiled::{Loop, Plan};
 use linkwork_integrate::At;
 use std::ops::Range;
 
@@ -72,8 +72,8 @@ impl Linear {
         let own: Vec<BlockSlots> = (plan.parts.iter())
             .map(|p| {
                 let (w, d) = (&p.wiring, p.prototype.description());
-                let ym = crate::model::lanes(&d.outputs);
-                let yd = crate::model::lanes(&d.feedthrough_outputs);
+                let ym = crate::author::model::lanes(&d.outputs);
+                let yd = crate::author::model::lanes(&d.feedthrough_outputs);
                 BlockSlots {
                     x: w.x..w.x + p.lanes().x,
                     ym: w.ym..w.ym + ym,

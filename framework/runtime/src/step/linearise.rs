@@ -11,9 +11,9 @@ use super::evaluate::{self, Running};
 use super::linear::Linear;
 use super::simulation::{RunError, Simulation};
 use super::stopped::Stopped;
-use crate::block::{EvalTime, Evaluation};
-use crate::jacobian::Operation;
-use crate::plan::{Loop, Op};
+use crate::author::block::{EvalTime, Evaluation};
+use crate::author::jacobian::Operation;
+use crate::plan::compiled::{Loop, Op};
 use linkwork_integrate::{At, System};
 use linkwork_spatial::nalgebra::DMatrix;
 

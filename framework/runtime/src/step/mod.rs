@@ -24,28 +24,29 @@ mod profile;
 mod reports;
 mod sampled;
 mod settle;
-mod simulation;
+pub(crate) mod simulation;
 mod startup_warnings;
-mod state;
+pub(crate) mod state;
 mod stiffness;
 mod stopped;
 mod turning;
-mod variables;
+pub(crate) mod variables;
 
-use crate::plan::blocks_of;
+use crate::plan::compiled::blocks_of;
 pub use observed::ObserverRequest;
 pub use profile::{Profile, Spent};
 pub use reports::{MoveReport, Notice};
-pub(crate) use settle::{Machine, settle};
+pub use settle::{SettleGroup, settle};
 pub use simulation::{Observer, RunError, Simulation, Stop, Stretch, VariableError};
-pub(crate) use simulation::{Work, initial, show};
+use simulation::{Work, initial, show};
 pub use state::{GuardState, State};
+pub use variables::Change;
 
-use crate::block::{Block, EvalTime, Evaluation};
-use crate::condition::{Condition, Times};
-use crate::plan::{FieldPlan, Fires, Plan};
-use crate::program::Program;
-use crate::time::{IntoSeconds, Seconds};
+use crate::author::block::{Block, EvalTime, Evaluation};
+use crate::author::time::{IntoSeconds, Seconds};
+use crate::plan::compiled::{FieldPlan, Fires, Plan};
+use crate::plan::condition::{Condition, Times};
+use crate::plan::program::Program;
 use reports::Notices;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -54,10 +55,10 @@ use stopped::Stopped;
 impl Simulation {
     /// Returns the current data of the field at a path; `None` if the phase has no such field or its data have another type. While the result is
     /// kept, the field copies its data to change them.
-    pub fn seen<D: crate::field::Shows>(
+    pub fn seen<D: crate::author::field::Shows>(
         &self,
         path: &str,
-    ) -> Option<Arc<crate::field::FieldSample<D>>> {
+    ) -> Option<Arc<crate::author::field::FieldSample<D>>> {
         let field = self.plan.fields.iter().find(|f| self.plan.block_path(f.block) == path)?;
         self.shown(field.block)?.downcast().ok()
     }
@@ -74,7 +75,7 @@ impl Simulation {
     }
 
     /// Returns the data of a field, by its index in the plan.
-    pub(crate) fn shown(&self, block: u32) -> Option<crate::shown::SharedField> {
+    pub(crate) fn shown(&self, block: u32) -> Option<crate::author::shown::SharedField> {
         self.blocks.get(block as usize)?.shown()
     }
 

@@ -1,13 +1,15 @@
 //! Transitions between plans: state is carried over by path. Parts of both plans continue; parts of only the new plan start from their initial state;
 //! the mechanism keeps poses and velocities.
+use super::evaluate;
 use super::pins;
 use super::reports::MoveReport;
+use super::simulation::{RunError, Simulation, Work, initial, show};
+use super::state::{GuardState, State};
 use super::stopped::Stopped;
-use super::{GuardState, RunError, Simulation, State, Work, evaluate, initial, show};
-use crate::block::{Carried, EvalTime, Evaluation, Failure, OldState};
-use crate::plan::{Fires, GuardPlan, Op, Plan};
-use crate::program::Program;
-use crate::route::Route;
+use crate::author::block::{Carried, EvalTime, Evaluation, Failure, OldState};
+use crate::plan::compiled::{Fires, GuardPlan, Op, Plan};
+use crate::plan::program::Program;
+use crate::plan::route::Route;
 use std::sync::Arc;
 
 /// Maximum number of kept transition reports.
@@ -164,7 +166,7 @@ impl Simulation {
         &mut self,
         plan: &Arc<Plan>,
         mut state: State,
-        mut blocks: Vec<Box<dyn crate::block::Block>>,
+        mut blocks: Vec<Box<dyn crate::author::block::Block>>,
         (whole, route): (&[bool], &Route),
     ) -> Result<(), Stopped> {
         let mut work = Work::new(plan);

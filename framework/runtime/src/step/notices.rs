@@ -1,13 +1,13 @@
 //! Reports of parts and services during a run. A setting that is allowed but probably not intended is reported once, and the run continues. A fault
 //! that stops the run becomes its error, with the same message: at a guard before `handle_event`, at the start of a run or phase before a step.
 use super::reports::Notice;
+use super::simulation::{RunError, Simulation};
 use super::stopped::Stopped;
-use super::{RunError, Simulation};
-use crate::block::{Evaluation, Failure};
-use crate::error::BuildError;
-use crate::model::Fired;
-use crate::plan::Plan;
-use crate::value::Fault;
+use crate::author::block::{Evaluation, Failure};
+use crate::author::error::BuildError;
+use crate::author::model::Fired;
+use crate::author::value::Fault;
+use crate::plan::compiled::Plan;
 use linkwork_spatial::Vec3;
 
 impl Simulation {

@@ -13,11 +13,12 @@
 use super::evaluate;
 use super::observed::{Columns, Lane, ObserverRequest};
 use super::simulation::Purpose;
+use super::simulation::Simulation;
 use super::simulation::{Observed, Observer, Stretch};
-use super::{Simulation, State};
-use crate::block::{EvalTime, Evaluation};
-use crate::condition::Times;
-use crate::plan::Plan;
+use super::state::State;
+use crate::author::block::{EvalTime, Evaluation};
+use crate::plan::compiled::Plan;
+use crate::plan::condition::Times;
 use linkwork_integrate::Method;
 use std::any::Any;
 

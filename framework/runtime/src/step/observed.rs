@@ -1,6 +1,6 @@
 //! Variables whose values over time are observed.
-use crate::plan::Plan;
-use crate::variable::Place;
+use crate::author::variable::Place;
+use crate::plan::compiled::Plan;
 
 /// The variables that an observer takes; the values that it gets are in this order.
 #[derive(Clone, Debug, Default)]

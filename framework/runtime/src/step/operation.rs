@@ -6,8 +6,8 @@
 //! It starts from the values of the last solution, which are part of the state. A loop of linear parts takes
 //! one step, or two where differences are not exact enough.
 use super::stopped::{Stopped, of};
-use crate::block::{Block, EvalTime, Failure};
-use crate::plan::{Loop, Op, Plan};
+use crate::author::block::{Block, EvalTime, Failure};
+use crate::plan::compiled::{Loop, Op, Plan};
 
 /// Newton steps before it is given up.
 const STEPS: usize = 40;
@@ -37,7 +37,7 @@ fn solve(
     };
     let [report, matrix, right, step, from] = {
         let at = l.work as usize;
-        let matrix = at + crate::compile::REPORT;
+        let matrix = at + crate::plan::compiled::REPORT;
         [at, matrix, matrix + n * n, matrix + n * n + n, matrix + n * n + 2 * n]
     };
     let mut miss = evaluate(sig)?;

@@ -10,10 +10,10 @@
 //! A part with its own stepping method (a machine with contact by impulses) uses internal values: its states cannot be pinned, and pins of its
 //! outputs (contact reports, accelerations) affect only readers. Without pins, a step costs one additional comparison for each list of operations.
 use super::pinned::{Pins, Target};
-use super::{Simulation, VariableError};
-use crate::model::lanes;
-use crate::plan::{Op, Plan};
-use crate::variable::{Place, Role, Variable};
+use super::simulation::{Simulation, VariableError};
+use crate::author::model::lanes;
+use crate::author::variable::{Place, Role, Variable};
+use crate::plan::compiled::{Op, Plan};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -35,7 +35,7 @@ fn writes(plan: &Plan, op: Op) -> Vec<Range<usize>> {
         }
         Op::Loop(j) => {
             let l = &plan.loops[j as usize];
-            let report = l.work as usize..l.work as usize + crate::compile::REPORT;
+            let report = l.work as usize..l.work as usize + crate::plan::compiled::REPORT;
             let sought = l.tears.iter().map(|t| t.0 as usize..t.0 as usize + 1);
             let inside = l.ops.iter().flat_map(|op| writes(plan, *op));
             inside.chain(sought).chain([report]).collect()

@@ -1,13 +1,13 @@
 //! Where the time of a run goes. A run that is not profiled has its blocks as they are; one that is has each of them
 //! in a block that looks at the clock before and after, and changes nothing else.
-use super::blocks_of;
-use crate::block::{Block, EvalTime, Failure, Outcome};
-use crate::error::BuildError;
-use crate::jacobian::{Jacobian, Operation};
-use crate::model::Fired;
-use crate::overlay::SharedOverlay;
-use crate::plan::Plan;
-use crate::shown::SharedField;
+use crate::author::block::{Block, EvalTime, Failure, Outcome};
+use crate::author::error::BuildError;
+use crate::author::jacobian::{Jacobian, Operation};
+use crate::author::model::Fired;
+use crate::author::overlay::SharedOverlay;
+use crate::author::shown::SharedField;
+use crate::plan::compiled::Plan;
+use crate::plan::compiled::blocks_of;
 use std::any::Any;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -98,7 +98,7 @@ impl Profile {
     }
 
     pub(super) fn around(&self, plan: &Plan, blocks: Vec<Box<dyn Block>>) -> Vec<Box<dyn Block>> {
-        let one = |(inner, part): (Box<dyn Block>, &crate::plan::PartPlan)| {
+        let one = |(inner, part): (Box<dyn Block>, &crate::plan::compiled::PartPlan)| {
             Box::new(Timed { inner, counts: self.of(&part.path) }) as Box<dyn Block>
         };
         blocks.into_iter().zip(&plan.parts).map(one).collect()

@@ -1,5 +1,5 @@
 //! Reports of a run: moves between plans, and notices of parts and services.
-use crate::value::Fault;
+use crate::author::value::Fault;
 use std::collections::BTreeSet;
 
 /// What a move did.

@@ -16,14 +16,15 @@
 //! simulations with contact by impulses, which have no ẋ, and plans with more than [`STATES_MAX`] states.
 #![allow(non_snake_case)]
 use super::evaluate;
+use super::simulation::Simulation;
+use super::state::State;
 use super::stiffness::{STATES_MAX, growth, round_down};
 use super::stopped::Stopped;
-use super::{Simulation, State};
-use crate::block::{Block, EvalTime, Evaluation};
-use crate::model::lanes;
-use crate::plan::{Op, Plan};
-use crate::ports::PortKind;
-use crate::value::{Fault, Value};
+use crate::author::block::{Block, EvalTime, Evaluation};
+use crate::author::model::lanes;
+use crate::author::ports::PortKind;
+use crate::author::value::{Fault, Value};
+use crate::plan::compiled::{Op, Plan};
 use linkwork_integrate::System;
 use linkwork_spatial::nalgebra::DMatrix;
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,8 +1,8 @@
-//! Start at rest: a placed machine settles on the ground until all its velocities vanish.
+//! Start at rest: groups of coordinates move under the forces of the plan until all their velocities vanish.
 //!
 //! ```text
 //! ẋ = f(x) at the first instant, sampled outputs held        v ← v/(1 + c h) after each step
-//! at rest        max |v| of a machine below a limit; it is held from there on, until all machines rest
+//! at rest        max |v| of a group below a limit; it is held from there on, until all groups rest
 //! again          where one does not come to rest, from the beginning with all its joints held but those given, then with all
 //! held           lanes without a derivative: they stay where they are written
 //! kept           coordinates, and the states of parts that have come to rest too (bristles, soil, brakes);
@@ -10,11 +10,12 @@
 //! ```
 //! The forces are the plan's own, so the equilibrium is also an equilibrium of the run that follows.
 use super::evaluate::{self, Running};
+use super::simulation::{Work, initial, show};
+use super::state::State;
 use super::stopped::Stopped;
-use super::{State, Work, initial, show};
-use crate::block::{Block, EvalTime, Evaluation};
-use crate::plan::blocks_of;
-use crate::plan::{Plan, SettledStart};
+use crate::author::block::{Block, EvalTime, Evaluation};
+use crate::plan::compiled::blocks_of;
+use crate::plan::compiled::{Plan, SettledStart};
 use linkwork_integrate::System;
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -71,18 +72,18 @@ const LONGEST: f64 = 20.0;
 const REST: [f64; 2] = [1e-7, 1e-4];
 /// Steps of the plan are divided by these until one is short enough.
 const FINER: [f64; 3] = [1.0, 4.0, 16.0];
-/// A machine that is not slower than this long ago does not come to rest, s.
+/// A group that is not slower than this long ago does not come to rest, s.
 const SLOWS: f64 = 2.0;
 
-/// A machine to be brought to rest, by lanes of its velocities.
-pub(crate) struct Machine {
-    /// All of them.
+/// Velocities that come to rest together, such as all velocities of one machine. The lists contain slots in the continuous state.
+pub struct SettleGroup {
+    /// All velocities of the group.
     pub own: Vec<usize>,
-    /// Lanes that move in any case: of the root, and of joints that adapt to the ground.
+    /// Velocities that remain free in a second attempt, in which the others are zero: of the root, and of joints that adapt to the ground.
     pub adapting: Vec<usize>,
 }
 
-/// Which velocities of a machine are free while it settles.
+/// Which velocities of a group are free while it settles.
 #[derive(Clone, Copy, PartialEq)]
 enum Free {
     Own,
@@ -90,7 +91,7 @@ enum Free {
     None,
 }
 
-impl Machine {
+impl SettleGroup {
     fn free(&self, free: Free) -> &[usize] {
         match free {
             Free::Own => &self.own,
@@ -102,34 +103,34 @@ impl Machine {
 
 /// The end of a settling, when nothing failed.
 struct End {
-    /// State and derivative; `None` when a machine moves on.
+    /// State and derivative; `None` when a group moves on.
     rest: Option<(Vec<f64>, Vec<f64>)>,
-    /// The machines that move on.
+    /// The groups that move on.
     moves: Vec<bool>,
 }
 
-/// Brings the start of machines to rest, all in one run: coordinates and velocities are at `q` and `v`. Returns which of them
-/// rest; the others start as they were written.
-pub(crate) fn settle(
+/// Brings groups of coordinates to rest, all in one run, and writes the result to [`Plan::rest`]. `q` and `v` are the slots of all coordinates
+/// and velocities of their part. Returns for each group whether it rests; the others start as they were written.
+pub fn settle(
     plan: &mut Plan,
     (q, v): (Range<usize>, Range<usize>),
-    machines: &[Machine],
+    groups: &[SettleGroup],
 ) -> Vec<bool> {
-    let mut free = vec![Free::Own; machines.len()];
+    let mut free = vec![Free::Own; groups.len()];
     // What advances by impulses has no derivative to follow.
     if plan.derivs.is_empty() || !plan.steps.is_empty() {
-        return vec![false; machines.len()];
+        return vec![false; groups.len()];
     }
     let (x, rates) = loop {
         if free.iter().all(|f| *f == Free::None) {
-            return vec![false; machines.len()];
+            return vec![false; groups.len()];
         }
-        let parts: Vec<&[usize]> = machines.iter().zip(&free).map(|(m, f)| m.free(*f)).collect();
+        let parts: Vec<&[usize]> = groups.iter().zip(&free).map(|(m, f)| m.free(*f)).collect();
         let end = FINER.into_iter().find_map(|f| relax(plan, &v, &parts, plan.step.seconds() / f));
         let moves = match end {
             Some(End { rest: Some(rest), .. }) => break rest,
             Some(End { rest: None, moves }) => moves,
-            None => vec![true; machines.len()],
+            None => vec![true; groups.len()],
         };
         for (free, _) in free.iter_mut().zip(moves).filter(|(_, moves)| *moves) {
             *free = if *free == Free::Own { Free::Adapting } else { Free::None };
@@ -159,7 +160,7 @@ fn greatest(x: &[f64], lanes: &[usize]) -> f64 {
     lanes.iter().map(|k| x[*k]).fold(0.0_f64, |a, v| if v.abs() <= a { a } else { v.abs() })
 }
 
-/// Follows a plan until all machines rest, with steps of h s; `free` are the lanes of each that may move. `None` when the step
+/// Follows a plan until all groups rest, with steps of h s; `free` are the lanes of each that may move. `None` when the step
 /// is too long, or something fails.
 fn relax(plan: &Plan, v: &Range<usize>, free: &[&[usize]], h: f64) -> Option<End> {
     let (mut blocks, mut state, mut work) = (blocks_of(plan), initial(plan), Work::new(plan));
@@ -188,7 +189,7 @@ fn relax(plan: &Plan, v: &Range<usize>, free: &[&[usize]], h: f64) -> Option<End
     let mut speed = vec![f64::INFINITY; free.len()];
     let mut before = speed.clone();
     let mut moves = vec![false; free.len()];
-    // Machines that neither rest nor were found to move on.
+    // Groups that neither rest nor were found to move on.
     let mut left: Vec<usize> = (0..free.len()).filter(|m| !free[*m].is_empty()).collect();
     let (steps, look) = ((LONGEST / h) as u64, (SLOWS / h) as u64);
     for k in 1..=steps {

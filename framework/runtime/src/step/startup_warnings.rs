@@ -1,7 +1,8 @@
 //! Warnings of parts about the start of a run.
-use super::{Simulation, State};
-use crate::block::Evaluation;
-use crate::value::Fault;
+use super::simulation::Simulation;
+use super::state::State;
+use crate::author::block::Evaluation;
+use crate::author::value::Fault;
 
 impl Simulation {
     /// Returns the warnings of all parts about the start, in path order: for example of a wheel that begins inside the ground, or of

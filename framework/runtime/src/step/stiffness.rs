@@ -11,10 +11,10 @@
 //! (`sampled.rs` examines them). Adaptive methods find their step themselves. The cost is cubic in the number of states;
 //! a simulation with more than [`STATES_MAX`] states is not examined.
 #![allow(non_snake_case)]
-use super::Simulation;
-use crate::plan::Plan;
-use crate::value::{Fault, Origin};
-use crate::variable::Place;
+use super::simulation::Simulation;
+use crate::author::value::{Fault, Origin};
+use crate::author::variable::Place;
+use crate::plan::compiled::Plan;
 use linkwork_integrate::{Method, System};
 use linkwork_spatial::nalgebra::DMatrix;
 
@@ -115,8 +115,9 @@ impl Simulation {
         }
         let lane = (0..n).max_by(|a, b| shares[*a].total_cmp(&shares[*b]))?;
         let (path, _) = plan.lanes.iter().find(|(_, v)| v.place == Place::X(lane as u32))?;
-        let has =
-            |p: &&crate::plan::PartPlan| (p.wiring.x..p.wiring.x + p.lanes().x).contains(&lane);
+        let has = |p: &&crate::plan::compiled::PartPlan| {
+            (p.wiring.x..p.wiring.x + p.lanes().x).contains(&lane)
+        };
         let origin = plan.parts.iter().find(has).map_or(Origin::NONE, |p| p.origin);
         let fact = format!(
             "the step of {} s is too long: errors of `{path}` grow by {by:.3} in each",

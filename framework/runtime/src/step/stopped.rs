@@ -1,5 +1,5 @@
 //! Failures of evaluations.
-use crate::block::Failure;
+use crate::author::block::Failure;
 
 /// Why an evaluation failed: the block and its message.
 #[derive(Clone, Debug)]

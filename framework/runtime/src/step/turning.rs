@@ -6,8 +6,8 @@
 //! ```
 //! In body axes the velocity of an orbiting spacecraft (several km/s) rotates with its attitude, which causes an integration error of that velocity
 //! times (ω h)⁵. In non-rotating axes the velocity changes only by forces.
-use crate::model::Turning;
-use crate::plan::Plan;
+use crate::author::model::Turning;
+use crate::plan::compiled::Plan;
 use linkwork_integrate::Method;
 use linkwork_spatial::{Vec3, turned};
 

@@ -1,10 +1,20 @@
 //! Variables of a run by name: reading, setting and pinning.
-use super::Simulation;
-use crate::plan::Plan;
-use crate::recorder::Change;
-use crate::step::VariableError;
-use crate::value::remedy;
-use crate::variable::{Place, Role, Variable};
+use super::simulation::Simulation;
+use crate::author::value::remedy;
+use crate::author::variable::{Place, Role, Variable};
+use crate::plan::compiled::Plan;
+use crate::step::simulation::VariableError;
+
+/// Change of a variable from outside the simulation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// The variable is set once.
+    Set,
+    /// The variable is pinned: it keeps the value.
+    Pin,
+    /// The variable is unpinned.
+    Unpin,
+}
 
 impl Simulation {
     /// Returns the value at a place from [`Simulation::variable`]; NaN in a phase that has no such variable.

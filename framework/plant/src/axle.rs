@@ -1,0 +1,55 @@
+//! A wheel is bound to a node whose axle should coincide with the axis of its hinge.
+#![allow(non_snake_case)]
+use crate::frame::Frame;
+use linkwork_multibody::{Multibody, SubhingeKind};
+use linkwork_runtime::{Bound, Fault, Lowering};
+use linkwork_spatial::{Pose, Vec3};
+
+/// Between the axle and the hinge; camber and toe are less.
+const ANGLE_MAX: f64 = 20.0;
+
+/// Warns when the first hinge inboard of a node that moves is one pin, and not about the axle.
+pub(crate) fn check(
+    mb: &Multibody,
+    b: &Bound<'_>,
+    (axle, frame): ([f64; 3], Frame),
+    label: &str,
+    out: &mut Lowering<'_>,
+) {
+    let (mut id, mut X) = match frame {
+        Frame::Body(id) => (id, Pose::identity()),
+        Frame::Node(n) => {
+            let node = &mb.nodes()[n.index()];
+            (node.body(), node.pose())
+        }
+    };
+    loop {
+        let body = mb.get(id);
+        let moving: Vec<_> = body.subhinges().iter().filter(|s| !s.v.is_empty()).collect();
+        match moving[..] {
+            [] => {
+                // Welded: the frame in its parent.
+                let Some(parent) = body.parent() else { return };
+                X = body.hinge_in_parent() * body.hinge_in_body().inverse() * X;
+                id = parent;
+            }
+            [one] => {
+                let SubhingeKind::Pin { axis } = one.subhinge.kind else { return };
+                let hinge = body.hinge_in_body().rotation * axis;
+                let axle = X.rotation * Vec3::from(axle);
+                let angle = axle.cross(&hinge).norm().atan2(axle.dot(&hinge).abs()).to_degrees();
+                if angle > ANGLE_MAX {
+                    let (part, bind) = (&b.spec.part, &b.spec.bind);
+                    let fact = format!(
+                        "`{part}`: binding `{bind}`: the axle of `{label}` lies {angle:.0}° across the hinge of `{}`, on which it turns",
+                        body.name()
+                    );
+                    let help = "bind the body that rotates with the wheel, or a node on it whose axis lies along its hinge";
+                    out.warnings.push(Fault::new(b.spec.origin, fact).help(help));
+                }
+                return;
+            }
+            _ => return,
+        }
+    }
+}

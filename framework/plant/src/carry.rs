@@ -1,0 +1,175 @@
+//! State of the mechanism in a transition between plans: poses and velocities are kept, and changes of momentum are recorded in the balance.
+use crate::gaps::Gaps;
+use crate::plan::MechanismPlan;
+use linkwork_dynamics::topology::{self, Report};
+use linkwork_dynamics::{Tree, Workspace};
+use linkwork_multibody::Multibody;
+use linkwork_runtime::host::OldState;
+use linkwork_runtime::{Carried, Failure};
+use linkwork_solvers::{ConstrainedSolver, ConstraintMethod, Projector};
+use std::borrow::Cow;
+use std::sync::Arc;
+
+pub(crate) fn carry(
+    new: &MechanismPlan,
+    old: &MechanismPlan,
+    old_state: OldState<'_>,
+    (to, pairs): (&mut [f64], &mut [f64]),
+) -> Result<Carried, Box<Failure>> {
+    let from = old_state.x;
+    if old.fingerprint() == new.fingerprint() {
+        to.copy_from_slice(from);
+        pairs.copy_from_slice(old_state.d);
+        return Ok(Carried::Whole);
+    }
+    let before = old.present(old_state.sig)?;
+    let after = inherit(&before, old, new);
+    let (nq, nv) = (old.multibody.nq(), old.multibody.nv());
+    let (mq, mv) = (new.multibody.nq(), new.multibody.nv());
+    let carried = topology::carry(
+        &before,
+        (&from[..nq], &from[nq..nq + nv]),
+        &after,
+        (&to[..mq], &to[mq..mq + mv]),
+    )
+    .map_err(|e| Failure::of(&e))?;
+    to[..mq].copy_from_slice(&carried.q);
+    to[mq..mq + mv].copy_from_slice(&carried.v);
+    loop_motions(new, old, &from[nq + nv..], &mut to[mq + mv..]);
+    let bodies = matches!(after, Cow::Owned(_)).then_some(&*after);
+    let fresh = gaps(new, old, &from[nq + nv..], &mut to[mq + mv..]);
+    let closed = close(new, bodies, &fresh, to)?;
+    let mut notes = Vec::new();
+    let list = |what: &str, names: &[String]| {
+        (!names.is_empty()).then(|| format!("{what}: {}", names.join(", ")))
+    };
+    notes.extend(list("on another hinge", &carried.changed));
+    notes.extend(list("added", &carried.added));
+    notes.extend(list("gone", &carried.gone));
+    if closed {
+        notes.push("rates were brought onto the loops and couplings by an inelastic impact".into());
+    }
+    if let Some(report) = carried.report.filter(|_| !notes.is_empty()) {
+        notes.push(books(&report));
+    }
+    Ok(Carried::State(notes))
+}
+
+/// Returns the new bodies with the present inertias of the old bodies with the same names: the contribution of a new part is unknown before the
+/// transition.
+fn inherit<'a>(
+    before: &Multibody,
+    old: &MechanismPlan,
+    new: &'a MechanismPlan,
+) -> Cow<'a, Multibody> {
+    let mut after = Cow::Borrowed(&*new.multibody);
+    for varying in &old.varies {
+        let body = before.get(varying.body);
+        if let Some(id) = new.multibody.body(body.name()) {
+            after.to_mut().set_inertia(id, *body.inertia());
+        }
+    }
+    after
+}
+
+/// Prescribed motions of loops, by the loop's name.
+fn loop_motions(new: &MechanismPlan, old: &MechanismPlan, from: &[f64], to: &mut [f64]) {
+    for l in new.multibody.loops() {
+        let was = old.multibody.loops().iter().find(|o| o.closure.name == l.closure.name);
+        let Some(was) = was.filter(|o| o.motions.len() == l.motions.len()) else { continue };
+        for (i, j) in l.motions.clone().zip(was.motions.clone()) {
+            to[2 * i..2 * i + 2].copy_from_slice(&from[2 * j..2 * j + 2]);
+        }
+    }
+}
+
+/// Gaps of loops that both have go on; those of the others, which are returned, are to be found.
+fn gaps<'a>(
+    new: &'a MechanismPlan,
+    old: &MechanismPlan,
+    from: &[f64],
+    to: &mut [f64],
+) -> Vec<&'a Gaps> {
+    let mut fresh = Vec::new();
+    for gaps in &new.gaps {
+        let closure = |m: &Multibody, g: &Gaps| m.loops()[g.which].closure.clone();
+        let here = closure(&new.multibody, gaps);
+        match old.gaps.iter().find(|g| closure(&old.multibody, g) == here) {
+            None => fresh.push(gaps),
+            Some(was) => {
+                let (i, j) = (2 * gaps.motions.start, 2 * was.motions.start);
+                let n = 2 * gaps.motions.len();
+                to[i..i + n].copy_from_slice(&from[j..j + n]);
+            }
+        }
+    }
+    fresh
+}
+
+/// Puts the state onto the loops and couplings of the new mechanism, whose `bodies` have other masses
+/// than in its file, with gaps that are `fresh` as they are found; whether rates changed by it.
+fn close(
+    new: &MechanismPlan,
+    bodies: Option<&Multibody>,
+    fresh: &[&Gaps],
+    lanes: &mut [f64],
+) -> Result<bool, Box<Failure>> {
+    let Some(solver) = &new.solver else { return Ok(false) };
+    let tree = match bodies {
+        None => new.tree.clone(),
+        Some(bodies) => Arc::new(Tree::new(bodies)),
+    };
+    let tree = &*tree;
+    let mut solver = solver.clone();
+    let (nq, nv) = (new.multibody.nq(), new.multibody.nv());
+    let mut motions = new.loop_motions.clone();
+    for (i, m) in motions.iter_mut().enumerate() {
+        (m.position, m.rate) = (lanes[nq + nv + 2 * i], lanes[nq + nv + 2 * i + 1]);
+    }
+    let (q, rest) = lanes.split_at_mut(nq);
+    let (v, held) = rest.split_at_mut(nv);
+    let before = v.to_vec();
+    let mut ws = Workspace::new(tree);
+    for gaps in fresh {
+        gaps.find(tree, &mut ws, &mut solver, (&*q, &*v), &mut motions);
+        for i in gaps.motions.clone() {
+            held[2 * i..2 * i + 2].copy_from_slice(&[motions[i].position, motions[i].rate]);
+        }
+    }
+    let mut projector = Projector::new(tree);
+    let mut close = |solver: &mut ConstrainedSolver, q: &mut [f64], v: &mut [f64]| {
+        let placed = projector.positions(tree, &mut ws, solver, &motions, q);
+        placed.and_then(|_| projector.rates(tree, &mut ws, solver, &motions, q, v))
+    };
+    // An impact shares momentum by the masses, whatever `solve` says; without masses the loops alone decide.
+    let mut rows = ConstrainedSolver::new(tree, |_| ConstraintMethod::Augment);
+    let (mut placed, mut shared) = (q.to_vec(), v.to_vec());
+    match close(&mut rows, &mut placed, &mut shared) {
+        Ok(_) => {
+            q.copy_from_slice(&placed);
+            v.copy_from_slice(&shared);
+        }
+        Err(_) => {
+            close(&mut solver, q, v).map_err(|e| Failure::of(&e))?;
+        }
+    }
+    let fastest = before.iter().fold(0.0f64, |m, b| m.max(b.abs()));
+    Ok(before.iter().zip(&*v).any(|(a, b)| (a - b).abs() > 1e-9 * fastest))
+}
+
+/// Momentum and energy in words.
+fn books(r: &Report) -> String {
+    let vector = |v: &linkwork_spatial::Vec3| format!("({:.9e}, {:.9e}, {:.9e})", v.x, v.y, v.z);
+    format!(
+        "momentum {} → {} N s, about ({:.3}, {:.3}, {:.3}) m {} → {} N m s, energy {:.9e} → {:.9e} J",
+        vector(&r.momentum_before.force),
+        vector(&r.momentum_after.force),
+        r.point.x,
+        r.point.y,
+        r.point.z,
+        vector(&r.momentum_before.moment),
+        vector(&r.momentum_after.moment),
+        r.energy_before,
+        r.energy_after
+    )
+}

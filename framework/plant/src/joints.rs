@@ -1,0 +1,381 @@
+//! Damping, dry friction and stops of hinges: forces on coordinates that depend on their own motion.
+//!
+//! ```text
+//! damping    τ = −d q̇
+//! friction   τ = −F tanh(q̇ / w)                    only where it is integrated
+//! spring     τ = −k (q − q₀), of a ball −k θ n      θ n: its whole rotation
+//! stop       τ = ± max(0, k p (1 + min(1, c ṗ)))   only where it is integrated; p: how far past the limit
+//!            k p ((1 + e²) + (1 − e²) tanh(ṗ / w)) / 2 with a restitution e: it returns e² of the energy
+//!
+//! usual stop     k = m (0.2 / h)²,  c = 1 s/rad or 10 s/m
+//! ```
+//! m is the inertia behind the coordinate at the start, 1 / (M⁻¹)ᵢᵢ of the tree, loops left out; of a ball that along the direction d
+//! in which the limit is passed, 1 / (d* M⁻¹ d). A
+//! coordinate that meets a usual stop at the speed v, pushed by an acceleration a, passes it by no more
+//! than 5 h v + 50 h² a while the inertia is m; with μ m, by √μ of the first and μ of the second. With
+//! semi-implicit Euler it may be a step's motion, h v, more. It comes back no faster than it went in.
+//! With contact the step is explicit in damping and requires h d / m < 2. Prescribed coordinates feel
+//! none of these.
+use crate::spec::MechanismSpec;
+use linkwork_dynamics::{Tree, Workspace, apply_inverse_mass, inverse_mass_diagonal, kinematics};
+use linkwork_multibody::{
+    BallLimits, Coordinate, Friction, Multibody, Spring, Stop, Subhinge, SubhingeKind,
+    SubhingeRange,
+};
+use linkwork_runtime::Fault;
+use linkwork_solvers::JointLimits;
+use linkwork_spatial::{Mat3, Quat, Vec3, nalgebra};
+
+/// Natural frequency of a usual stop in radians a step.
+const SOFT: f64 = 0.2;
+/// Above this part of a step an explicit method amplifies what decays.
+const STABLE: f64 = 2.0;
+
+/// A stop of one coordinate.
+#[derive(Clone, Copy, Debug)]
+struct SoftStop {
+    q: usize,
+    v: usize,
+    lower: f64,
+    upper: f64,
+    law: StopLaw,
+}
+
+/// How a stop pushes back.
+#[derive(Clone, Copy, Debug)]
+struct StopLaw {
+    stiffness: f64,
+    damping: f64,
+    /// e², where a restitution is written.
+    returns: Option<f64>,
+}
+
+/// Limits of a ball with their stop.
+#[derive(Clone, Copy, Debug)]
+struct BallStop {
+    q: usize,
+    v: usize,
+    limits: BallLimits,
+    law: StopLaw,
+    /// M⁻¹ of its three rates, where the law has the stiffness for a unit inertia.
+    mobility: Option<Mat3>,
+}
+
+impl BallStop {
+    /// The law along a direction.
+    fn along(&self, d: &Vec3) -> StopLaw {
+        let inertia = self.mobility.map_or(1.0, |m| 1.0 / d.dot(&(m * d)));
+        StopLaw { stiffness: self.law.stiffness * inertia, ..self.law }
+    }
+}
+
+/// Rate over which a stop with restitution goes from pressing to returning, rad/s or m/s.
+const TURNS: f64 = 0.01;
+
+/// Forces of hinges by place in β; empty where no hinge has any.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct JointForces {
+    damping: Vec<(usize, f64)>,
+    /// Place, force, 1 / rate.
+    friction: Vec<(usize, f64, f64)>,
+    stops: Vec<SoftStop>,
+    /// Place in q, in β, stiffness, rest.
+    springs: Vec<(usize, usize, f64, f64)>,
+    /// Springs of balls: place in q, place in β, stiffness.
+    ball_springs: Vec<(usize, usize, f64)>,
+    ball_stops: Vec<BallStop>,
+}
+
+impl JointForces {
+    /// Adds the forces at (q, β) to `tau`.
+    #[inline]
+    pub fn add(&self, q: &[f64], v: &[f64], tau: &mut [f64]) {
+        for &(i, d) in &self.damping {
+            tau[i] -= d * v[i];
+        }
+        for &(i, force, inverse) in &self.friction {
+            tau[i] -= force * (v[i] * inverse).tanh();
+        }
+        for s in &self.stops {
+            let (q, v) = (q[s.q], v[s.v]);
+            if q < s.lower {
+                tau[s.v] += s.law.force(s.lower - q, -v);
+            } else if q > s.upper {
+                tau[s.v] -= s.law.force(q - s.upper, v);
+            }
+        }
+        for &(at, i, stiffness, rest) in &self.springs {
+            tau[i] -= stiffness * (q[at] - rest);
+        }
+        if self.has_balls() {
+            self.add_balls(q, v, tau);
+        }
+    }
+
+    /// Whether forces of balls act, whose derivatives are not known here.
+    pub fn has_balls(&self) -> bool {
+        !(self.ball_springs.is_empty() && self.ball_stops.is_empty())
+    }
+
+    fn add_balls(&self, q: &[f64], v: &[f64], tau: &mut [f64]) {
+        for &(at, i, stiffness) in &self.ball_springs {
+            let r = &q[at..at + 4];
+            let turn = Quat::new_unchecked(nalgebra::Quaternion::new(r[3], r[0], r[1], r[2]));
+            let pull = turn.scaled_axis() * stiffness;
+            (0..3).for_each(|k| tau[i + k] -= pull[k]);
+        }
+        for s in &self.ball_stops {
+            let w = Vec3::new(v[s.v], v[s.v + 1], v[s.v + 2]);
+            let past = s.limits.left(&q[s.q..s.q + 4]).into_iter().flatten();
+            for (left, d) in past.filter(|(left, _)| *left < 0.0) {
+                let push = d * s.along(&d).force(-left, -d.dot(&w));
+                (0..3).for_each(|k| tau[s.v + k] += push[k]);
+            }
+        }
+    }
+
+    /// Derivatives of what [`JointForces::add`] adds: `each` gets a place in β, ∂τ/∂q and ∂τ/∂β of that coordinate,
+    /// once for each force.
+    pub fn jacobian(&self, q: &[f64], v: &[f64], mut each: impl FnMut(usize, f64, f64)) {
+        for &(i, d) in &self.damping {
+            each(i, 0.0, -d);
+        }
+        for &(i, force, inverse) in &self.friction {
+            let part = (v[i] * inverse).tanh();
+            each(i, 0.0, -force * inverse * (1.0 - part * part));
+        }
+        for &(_, i, stiffness, _) in &self.springs {
+            each(i, -stiffness, 0.0);
+        }
+        for s in &self.stops {
+            let (q, v) = (q[s.q], v[s.v]);
+            let slopes = if q < s.lower {
+                s.law.jacobian(s.lower - q, -v)
+            } else if q > s.upper {
+                s.law.jacobian(q - s.upper, v)
+            } else {
+                continue;
+            };
+            each(s.v, -slopes.0, -slopes.1);
+        }
+    }
+}
+
+impl StopLaw {
+    /// Inwards, at the depth `p` that grows by `rate`.
+    fn force(&self, p: f64, rate: f64) -> f64 {
+        if let Some(e2) = self.returns {
+            return self.stiffness * p * 0.5 * ((1.0 + e2) + (1.0 - e2) * (rate / TURNS).tanh());
+        }
+        self.stiffness * p * (1.0 + (self.damping * rate).min(1.0)).max(0.0)
+    }
+
+    /// ∂ of [`StopLaw::force`] by depth and rate.
+    fn jacobian(&self, p: f64, rate: f64) -> (f64, f64) {
+        if let Some(e2) = self.returns {
+            let part = (rate / TURNS).tanh();
+            let bend = 0.5 * (1.0 - e2) * (1.0 - part * part) / TURNS;
+            let factor = 0.5 * ((1.0 + e2) + (1.0 - e2) * part);
+            return (self.stiffness * factor, self.stiffness * p * bend);
+        }
+        let factor = 1.0 + (self.damping * rate).min(1.0);
+        let varies = factor > 0.0 && self.damping * rate < 1.0;
+        let by_rate = if varies { self.stiffness * p * self.damping } else { 0.0 };
+        (self.stiffness * factor.max(0.0), by_rate)
+    }
+}
+
+/// Dry friction of hinges for the contact stepper: place in β, force; what `given` has stays.
+pub(crate) fn dry(m: &Multibody, given: &mut Vec<(usize, f64)>) {
+    for (_, s) in m.subhinges().filter(|(_, s)| moves(s)) {
+        let force = s.subhinge.friction.force;
+        if force > 0.0 && !given.iter().any(|g| g.0 == s.v.start) {
+            given.push((s.v.start, force));
+        }
+    }
+}
+
+fn moves(s: &SubhingeRange) -> bool {
+    s.subhinge.coordinate == Coordinate::Free && !s.v.is_empty()
+}
+
+/// One hinge with something to say.
+struct At<'a> {
+    spec: &'a MechanismSpec,
+    body: &'a str,
+    range: &'a SubhingeRange,
+    /// 1 / (M⁻¹)ᵢᵢ of its coordinates, the least; `None`: unknown.
+    inertia: Option<f64>,
+    /// M⁻¹ of the three rates of a ball.
+    mobility: Option<Mat3>,
+}
+
+/// M⁻¹ of three rates at the kinematics of `ws`; `None` where it is singular.
+fn mobility(tree: &Tree, ws: &mut Workspace, first: usize) -> Option<Mat3> {
+    let mut out = Mat3::zeros();
+    let mut column = vec![0.0; tree.nv()];
+    for k in 0..3 {
+        column.fill(0.0);
+        column[first + k] = 1.0;
+        apply_inverse_mass(tree, ws, &mut column).ok()?;
+        out.set_column(k, &Vec3::from_column_slice(&column[first..first + 3]));
+    }
+    Some(out).filter(|m| m.iter().all(|x| x.is_finite()))
+}
+
+/// Compiles the hinge forces of a mechanism; settings without effect are reported as warnings.
+pub(crate) fn lower(spec: &MechanismSpec, tree: &Tree, warnings: &mut Vec<Fault>) -> JointForces {
+    let (m, mut out) = (&*spec.multibody, JointForces::default());
+    let smooth = spec.contact.is_none();
+    let all: Vec<_> = m.subhinges().filter(|(_, s)| moves(s) && acts(&s.subhinge)).collect();
+    if all.is_empty() {
+        return out;
+    }
+    let mut ws = Workspace::new(tree);
+    kinematics(tree, &mut ws, &spec.q, &spec.v);
+    let mut lightness = vec![0.0; m.nv()];
+    let known = inverse_mass_diagonal(tree, &mut ws, &mut lightness).is_ok();
+    let inertia = |i: usize| {
+        (known && lightness[i].is_finite() && lightness[i] > 0.0).then(|| 1.0 / lightness[i])
+    };
+    for (id, range) in all {
+        let least = range.v.clone().map(inertia).reduce(|a, b| Some(a?.min(b?)));
+        let s = &range.subhinge;
+        let ball = smooth && s.kind == SubhingeKind::Ball && limited(s) && known;
+        let mobility = if ball { mobility(tree, &mut ws, range.v.start) } else { None };
+        let at = At { spec, body: m.get(id).name(), range, inertia: least.flatten(), mobility };
+        if s.damping != 0.0 {
+            out.damping.extend(range.v.clone().map(|i| (i, s.damping)));
+        }
+        if s.spring.stiffness != 0.0 {
+            let (q, v) = (range.q.start, range.v.start);
+            match s.kind {
+                SubhingeKind::Ball => out.ball_springs.push((q, v, s.spring.stiffness)),
+                _ => out.springs.push((q, v, s.spring.stiffness, s.spring.rest)),
+            }
+        }
+        if smooth {
+            at.friction(&mut out, warnings);
+            at.stop(&mut out, warnings);
+        } else if spec.contact.as_ref().is_some_and(|c| c.settings.limits == JointLimits::Stop) {
+            at.outside(warnings);
+        }
+        at.stiff(smooth, warnings);
+    }
+    out
+}
+
+fn limited(s: &Subhinge) -> bool {
+    s.limits.lower.is_finite() || s.limits.upper.is_finite() || s.ball != BallLimits::NONE
+}
+
+fn acts(s: &Subhinge) -> bool {
+    s.damping != 0.0
+        || s.spring != Spring::NONE
+        || s.friction != Friction::NONE
+        || (limited(s) && s.stop != Stop::Off)
+}
+
+impl At<'_> {
+    fn warn(&self, warnings: &mut Vec<Fault>, fact: &str, help: &str) {
+        let origin = self.spec.bodies.get(self.body).copied().unwrap_or(self.spec.origin);
+        let fact = format!("body `{}`: {fact}", self.body);
+        warnings.push(Fault::new(origin, fact).help(help));
+    }
+
+    fn friction(&self, out: &mut JointForces, warnings: &mut Vec<Fault>) {
+        let Friction { force, rate } = self.range.subhinge.friction;
+        if force > 0.0 && rate > 0.0 {
+            out.friction.push((self.range.v.start, force, 1.0 / rate));
+        } else if force > 0.0 {
+            self.warn(
+                warnings,
+                &format!("its dry friction of {force} does not act without `contact`"),
+                "write `friction: (force: .., rate: ..)` for a smooth form, use `contact`, or take \
+                 the friction out",
+            );
+        }
+    }
+
+    fn stop(&self, out: &mut JointForces, warnings: &mut Vec<Fault>) {
+        let s = &self.range.subhinge;
+        if !limited(s) || s.stop == Stop::Off {
+            return;
+        }
+        let slides = matches!(s.kind, SubhingeKind::Slider { .. });
+        let (stiffness, damping) = match (s.stop, self.spec.step, self.inertia) {
+            (Stop::Soft { stiffness, damping }, ..) => (stiffness, damping),
+            (_, Some(h), Some(m)) if h > 0.0 => {
+                (m * (SOFT / h) * (SOFT / h), if slides { 10.0 } else { 1.0 })
+            }
+            _ => {
+                self.warn(
+                    warnings,
+                    "its limits do not act: the step, or the inertia behind them, is not known",
+                    "write `stop: (stiffness: ..)`, or `stop: false` if it may pass them",
+                );
+                return;
+            }
+        };
+        self.outside(warnings);
+        let returns = s.restitution.map(|e| e * e);
+        let (q, v) = (self.range.q.start, self.range.v.start);
+        if s.kind == SubhingeKind::Ball {
+            let usual = !matches!(s.stop, Stop::Soft { .. });
+            let mobility = self.mobility.filter(|_| usual);
+            let unit = if mobility.is_some() { self.inertia.unwrap_or(1.0) } else { 1.0 };
+            let law = StopLaw { stiffness: stiffness / unit, damping, returns };
+            out.ball_stops.push(BallStop { q, v, limits: s.ball, law, mobility });
+            return;
+        }
+        let law = StopLaw { stiffness, damping, returns };
+        let (lower, upper) = (s.limits.lower, s.limits.upper);
+        out.stops.push(SoftStop { q, v, lower, upper, law });
+    }
+
+    /// A start outside the limits, from which a stop or contact throws or pushes it back.
+    fn outside(&self, warnings: &mut Vec<Fault>) {
+        let s = &self.range.subhinge;
+        if !limited(s) || s.stop == Stop::Off {
+            return;
+        }
+        let help = "begin within the limits, or write `stop: false` if it may pass them";
+        let q = self.range.q.start;
+        if s.kind == SubhingeKind::Ball {
+            let begins = self.spec.q.get(q..q + 4).map(|q| s.ball.left(q));
+            let past = begins.into_iter().flatten().flatten().find(|(left, _)| *left < 0.0);
+            if let Some((left, _)) = past {
+                let fact = format!("it begins {:.3} rad past a limit of its ball", -left);
+                self.warn(warnings, &fact, help);
+            }
+            return;
+        }
+        let (lower, upper) = (s.limits.lower, s.limits.upper);
+        let start = self.spec.q.get(q).copied().unwrap_or_default();
+        if start < lower || start > upper {
+            let fact = format!("it begins at {start}, outside its limits {lower} … {upper}");
+            self.warn(warnings, &fact, help);
+        }
+    }
+
+    /// Damping that decays faster than the step can follow.
+    fn stiff(&self, smooth: bool, warnings: &mut Vec<Fault>) {
+        let s = &self.range.subhinge;
+        let rubs = smooth && s.friction.force > 0.0 && s.friction.rate > 0.0;
+        let slope = if rubs { s.friction.force / s.friction.rate } else { 0.0 };
+        let d = s.damping + slope;
+        let (Some(h), Some(m)) = (self.spec.step, self.inertia) else { return };
+        if h * d > STABLE * m {
+            let fact = format!(
+                "its damping and friction act within {:.2e} s, the step is {h:.2e} s: explicit \
+                 methods become unstable",
+                m / d
+            );
+            let help = format!(
+                "take a step below {:.1e} s, less damping, more armature, or `rodas4p`",
+                STABLE * m / d
+            );
+            self.warn(warnings, &fact, &help);
+        }
+    }
+}

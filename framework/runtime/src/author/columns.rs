@@ -1,0 +1,257 @@
+//! Lists from the columns of a CSV file, wherever a parameter takes a list.
+//! ```text
+//! (file: "drag.csv", column: "CD")                 a list of numbers
+//! (file: "drag.csv", columns: ["0 deg", "5 deg"])  a list of rows, one for each line of the file
+//! ```
+//! The first line names the columns, each with its unit in brackets: `time [s], left front [deg]`; a column without a unit is in SI. Lines that
+//! begin with `#` are comments. Columns are separated by commas; by semicolons or tabs where the first line has these and no commas, and a decimal
+//! comma is then read as well. A byte order mark is skipped.
+
+use crate::author::params::{Param, ParamSpec, ReadCx, list};
+use crate::author::value::{Located, Origin, Value, remedy};
+
+/// A CSV file with its headings.
+#[derive(Debug)]
+pub struct Columns {
+    file: String,
+    /// Name and unit of each column.
+    headings: Vec<(String, Option<String>)>,
+    /// Line in the file, and cells.
+    records: Vec<(u64, Vec<String>)>,
+    decimal_comma: bool,
+}
+
+/// Name and unit of a column: `left front [deg]`.
+fn heading(text: &str) -> (String, Option<String>) {
+    match text.split_once('[') {
+        Some((name, unit)) => {
+            (name.trim().into(), Some(unit.trim_end().trim_end_matches(']').trim().into()))
+        }
+        None => (text.trim().into(), None),
+    }
+}
+
+/// The separator of the columns of a text, by its first line that is no comment.
+pub fn separator(text: &str) -> u8 {
+    let first = text.lines().find(|l| !l.trim().is_empty() && !l.starts_with('#')).unwrap_or("");
+    match (first.contains(','), first.contains(';'), first.contains('\t')) {
+        (true, _, _) => b',',
+        (_, true, _) => b';',
+        (_, _, true) => b'\t',
+        _ => b',',
+    }
+}
+
+impl Columns {
+    /// Reads a text; the error says the line.
+    ///
+    /// # Errors
+    /// Rows of different lengths, or no row.
+    pub fn parse(file: &str, text: &str) -> Result<Columns, String> {
+        let separator = separator(text);
+        let mut reader = csv::ReaderBuilder::new()
+            .delimiter(separator)
+            .comment(Some(b'#'))
+            .trim(csv::Trim::All)
+            .from_reader(text.as_bytes());
+        let told = |e: csv::Error| format!("{file}: {e}");
+        let headings = reader.headers().map_err(told)?.iter().map(heading).collect();
+        let mut records = Vec::new();
+        for record in reader.records() {
+            let record = record.map_err(told)?;
+            let line = record.position().map_or(0, csv::Position::line);
+            records.push((line, record.iter().map(String::from).collect()));
+        }
+        if records.is_empty() {
+            return Err(format!("{file} has no line under its headings"));
+        }
+        Ok(Columns { file: file.into(), headings, records, decimal_comma: separator != b',' })
+    }
+
+    /// Name and unit of each column.
+    pub fn headings(&self) -> impl ExactSizeIterator<Item = (&str, Option<&str>)> {
+        self.headings.iter().map(|(name, unit)| (name.as_str(), unit.as_deref()))
+    }
+
+    /// The place of a column; the error names the columns that there are.
+    ///
+    /// # Errors
+    /// No column, or more than one, of the name: fact and remedy.
+    pub fn find(&self, name: &str) -> Result<usize, (String, String)> {
+        let mut found = self.headings.iter().enumerate().filter(|(_, h)| h.0 == name);
+        match (found.next(), found.next()) {
+            (Some((k, _)), None) => Ok(k),
+            (Some(_), Some(_)) => Err((
+                format!("{} has two columns `{name}`", self.file),
+                "rename one of them".to_string(),
+            )),
+            (None, _) => {
+                let names: Vec<&str> = self.headings.iter().map(|h| h.0.as_str()).collect();
+                let fact = format!("{} has no column `{name}`", self.file);
+                Err((fact, remedy(name, "columns", &names)))
+            }
+        }
+    }
+
+    /// Lines of the file that hold rows.
+    pub fn lines(&self) -> impl ExactSizeIterator<Item = u64> {
+        self.records.iter().map(|(line, _)| *line)
+    }
+
+    /// The value in row `row` and column `k`, as if it had been written in place of the name of the file: a number, with the unit of its column.
+    pub fn cell(&self, row: usize, k: usize, origin: Origin) -> Located {
+        let text = self.records[row].1.get(k).map_or("", String::as_str);
+        let parsed = text.parse::<f64>().ok();
+        let number = match parsed {
+            None if self.decimal_comma => text.replacen(',', ".", 1).parse().ok(),
+            parsed => parsed,
+        };
+        // A value that is not finite is written as text, not as a number.
+        let value = match (number.filter(|x| x.is_finite()), &self.headings[k].1, text) {
+            (Some(x), None, _) => Value::Number(x),
+            (Some(x), Some(unit), _) => Value::Text(format!("{x:?} {unit}")),
+            (None, _, "true") => Value::Bool(true),
+            (None, _, "false") => Value::Bool(false),
+            (None, _, text) => Value::Text(text.to_string()),
+        };
+        Located { value, origin }
+    }
+
+    /// Names `file:line` in the faults from the `from`-th on.
+    pub fn name_line(&self, row: usize, from: usize, cx: &mut ReadCx<'_>) {
+        for fault in cx.faults.iter_mut().skip(from) {
+            fault.message = format!("{}:{}: {}", self.file, self.records[row].0, fault.message);
+        }
+    }
+
+    /// Opens the file that a map `(file: .., ..)` names; other fields than `known` are faults.
+    pub fn open(
+        v: &Located,
+        known: &[&str],
+        spec: &ParamSpec,
+        cx: &mut ReadCx<'_>,
+    ) -> Option<Columns> {
+        let Value::Map(entries) = &v.value else { return None };
+        let at = format!("`{}.{}`", cx.path, spec.name);
+        for (key, value) in entries {
+            if !known.contains(&key.as_str()) {
+                let fact = format!("{at} has no field `{key}`");
+                cx.fault(value.origin, fact, Some(remedy(key, "fields", known)));
+                return None;
+            }
+        }
+        let Some((name, origin)) = text_of(v, "file") else {
+            let fact = format!("{at}: the name of a file is missing");
+            cx.fault(v.origin, fact, Some("write `file: \"table.csv\"`".into()));
+            return None;
+        };
+        let text = cx.text(&name, origin)?;
+        match Columns::parse(&name, &text) {
+            Ok(columns) => Some(columns),
+            Err(fact) => {
+                let help = "write headings in the first line and one line for each row";
+                cx.fault(origin, format!("{at}: {fact}"), Some(help.into()));
+                None
+            }
+        }
+    }
+
+    /// The columns that a map names: one, or several.
+    fn wanted(&self, v: &Located, at: &str, cx: &mut ReadCx<'_>) -> Option<(Vec<usize>, bool)> {
+        let (names, single): (Vec<(String, Origin)>, bool) =
+            match (v.get("column"), v.get("columns")) {
+                (Some(_), None) => (vec![text_of(v, "column")?], true),
+                (None, Some(Located { value: Value::List(items), .. })) => {
+                    let name = |item: &Located| match &item.value {
+                        Value::Text(t) => Some((t.clone(), item.origin)),
+                        Value::Number(x) => Some((x.to_string(), item.origin)),
+                        _ => None,
+                    };
+                    (items.iter().map(name).collect::<Option<_>>()?, false)
+                }
+                (None, None) if self.headings.len() == 1 => return Some((vec![0], true)),
+                _ => {
+                    let names: Vec<&str> = self.headings.iter().map(|h| h.0.as_str()).collect();
+                    let help =
+                        format!("write `column: ..` or `columns: [..]`, of: {}", names.join(", "));
+                    cx.fault(
+                        v.origin,
+                        format!("{at}: one column or a list of columns is wanted"),
+                        Some(help),
+                    );
+                    return None;
+                }
+            };
+        let mut found = Vec::new();
+        for (name, origin) in names {
+            match self.find(&name) {
+                Ok(k) => found.push(k),
+                Err((fact, help)) => {
+                    cx.fault(origin, format!("{at}: {fact}"), Some(help));
+                    return None;
+                }
+            }
+        }
+        Some((found, single))
+    }
+}
+
+/// A text of a map.
+fn text_of(v: &Located, key: &str) -> Option<(String, Origin)> {
+    match v.get(key).map(|l| (&l.value, l.origin)) {
+        Some((Value::Text(t), origin)) => Some((t.clone(), origin)),
+        _ => None,
+    }
+}
+
+impl<T: Param> Param for Vec<T> {
+    fn kind() -> String {
+        format!("list of {}", T::kind())
+    }
+    fn fields() -> Vec<ParamSpec> {
+        T::fields()
+    }
+    fn read(v: &Located, spec: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<Vec<T>> {
+        if v.get("file").is_some() {
+            return read_list(v, spec, cx);
+        }
+        let items = list(v, spec, cx)?;
+        let read: Vec<Option<T>> = items.iter().map(|item| T::read(item, spec, cx)).collect();
+        read.into_iter().collect()
+    }
+    fn show(&self) -> Value {
+        Value::List(self.iter().map(|t| t.show().into()).collect())
+    }
+}
+
+/// A list from a file: `(file: .., column: ..)` or `(file: .., columns: [..])`.
+pub(crate) fn read_list<T: Param>(
+    v: &Located,
+    spec: &ParamSpec,
+    cx: &mut ReadCx<'_>,
+) -> Option<Vec<T>> {
+    let table = Columns::open(v, &["file", "column", "columns"], spec, cx)?;
+    let at = format!("`{}.{}`", cx.path, spec.name);
+    let before = cx.faults.len();
+    let Some((wanted, single)) = table.wanted(v, &at, cx) else {
+        if cx.faults.len() == before {
+            cx.fault(v.origin, format!("{at}: names of columns are texts"), None);
+        }
+        return None;
+    };
+    let mut out = Vec::with_capacity(table.records.len());
+    for row in 0..table.records.len() {
+        let mut cells: Vec<Located> =
+            wanted.iter().map(|k| table.cell(row, *k, v.origin)).collect();
+        let item = match single {
+            true => cells.swap_remove(0),
+            false => Located { value: Value::List(cells), origin: v.origin },
+        };
+        let from = cx.faults.len();
+        let read = T::read(&item, spec, cx);
+        table.name_line(row, from, cx);
+        // One wrong line is enough: a wrong column would have thousands.
+        out.push(read?);
+    }
+    Some(out)
+}

@@ -1,0 +1,80 @@
+//! What parts bind to. A host converts bindings into ordinary wires on ports of its own part, so that later compilation steps handle only parts and
+//! wires.
+use crate::author::binding::BindSpec;
+use crate::author::block::Prototype;
+use crate::author::ports::PortSpec;
+use crate::author::scenery::Scenery;
+use crate::author::services::Services;
+use crate::author::value::{Fault, Origin};
+use std::any::Any;
+
+/// A part that others bind to.
+pub trait Host: Any + Send + Sync {
+    /// Path of its part.
+    fn path(&self) -> &str;
+    /// Name of its kind, as a model's name.
+    fn kind(&self) -> &'static str;
+    /// Where it is written.
+    fn origin(&self) -> Origin;
+    /// The part with the ports that these bindings ask for, and the wires on them. A binding that
+    /// cannot be served is a fault.
+    fn lower(
+        &self,
+        bound: &[Bound<'_>],
+        services: &Services,
+        out: &mut Lowering<'_>,
+    ) -> Box<dyn Prototype>;
+    /// What of it is seen.
+    fn scenery(&self) -> Scenery;
+    /// A copy.
+    fn boxed(&self) -> Box<dyn Host>;
+}
+
+impl Clone for Box<dyn Host> {
+    fn clone(&self) -> Self {
+        (**self).boxed()
+    }
+}
+
+/// Result of converting bindings into wires.
+pub struct Lowering<'a> {
+    /// The wires.
+    pub wires: Vec<HostWire>,
+    /// Bindings that cannot be served.
+    pub faults: &'a mut Vec<Fault>,
+    /// Warnings about allowed but probably unintended bindings.
+    pub warnings: &'a mut Vec<Fault>,
+}
+
+/// Which end of a wire a port is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// It is read.
+    Input,
+    /// It is written.
+    Output,
+}
+
+/// A binding with the ports of the part that it serves.
+pub struct Bound<'a> {
+    /// The binding.
+    pub spec: &'a BindSpec,
+    /// Ports that name it.
+    pub ports: Vec<(&'a PortSpec, End)>,
+}
+
+/// A wire between a port of the host and a port of a part.
+pub struct HostWire {
+    /// Name of the host's port.
+    pub host_port: String,
+    /// Which end the part's port is.
+    pub end: End,
+    /// Path of the part.
+    pub part: String,
+    /// Its port.
+    pub port: String,
+    /// The target in words, for listings: `node chassis`.
+    pub label: String,
+    /// Where the binding is written.
+    pub origin: Origin,
+}

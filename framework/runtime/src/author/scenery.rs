@@ -1,0 +1,145 @@
+//! Visible scene: the shapes of the bodies, for cameras and lidars.
+use crate::author::pattern;
+use crate::author::ports::{Lane, NodeState, PortKind, PortSpec};
+use linkwork_collision::VisualShape;
+use linkwork_spatial::Pose;
+use std::sync::Arc;
+
+/// Begins the name of a binding that says itself what it is bound to: `node:/Rover/Mast`.
+pub(crate) const TO_NODE: &str = "node:/";
+
+/// Kind of the parameters that are a scenery.
+pub(crate) const KIND: &str = "list of patterns of bodies";
+
+/// Name of the body that does not move.
+pub(crate) const WORLD: &str = "world";
+
+/// A shape on a body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sight {
+    /// Full name of the body, or `world`.
+    pub body: String,
+    /// Name, unique on its body.
+    pub name: String,
+    /// The shape's frame in the body.
+    pub pose: Pose,
+    /// What it is.
+    pub form: VisualShape,
+    /// Red, green, blue: 0 … 1.
+    pub color: [f64; 3],
+}
+
+/// The shapes of all bodies, or of those that a parameter names: a list of patterns (`*`: within a name, `**`: anything).
+///
+/// A model with a parameter of this type has the ports of [`Scenery::ports`] among its direct inputs, and moves the shapes
+/// with [`Scenery::poses`].
+#[derive(Clone, Debug, Default)]
+pub struct Scenery {
+    pub(crate) shapes: Arc<Vec<Sight>>,
+    /// Full names of the bodies that move and have shapes, each once, in order.
+    pub(crate) bodies: Arc<Vec<String>>,
+    /// For each shape the index of its body; `None`: the world.
+    places: Arc<Vec<Option<usize>>>,
+    /// Patterns as written; `None`: all.
+    pub(crate) only: Option<Vec<String>>,
+}
+
+impl Scenery {
+    /// Of these shapes.
+    #[must_use]
+    pub fn of(shapes: Vec<Sight>) -> Self {
+        let moving = shapes.iter().filter(|s| s.body != WORLD);
+        let mut bodies: Vec<String> = moving.map(|s| s.body.clone()).collect();
+        bodies.sort_unstable();
+        bodies.dedup();
+        let places = shapes.iter().map(|s| bodies.binary_search(&s.body).ok()).collect();
+        let (bodies, places) = (Arc::new(bodies), Arc::new(places));
+        Self { shapes: Arc::new(shapes), bodies, places, only: None }
+    }
+
+    /// The shapes, in the order of their bodies.
+    #[must_use]
+    pub fn shapes(&self) -> &[Sight] {
+        &self.shapes
+    }
+
+    /// Full names of the bodies that move and have shapes, each once.
+    #[must_use]
+    pub fn bodies(&self) -> &[String] {
+        &self.bodies
+    }
+
+    /// Returns the ports for the poses of the bodies; they are bound automatically.
+    #[must_use]
+    pub fn ports(&self) -> Vec<PortSpec> {
+        let port = |(k, body): (usize, &String)| PortSpec {
+            bind: Some(format!("{TO_NODE}{body}").into()),
+            ..PortSpec::named(format!("bodies[{k}]"), PortKind::NodeState, <NodeState as Lane>::N)
+                .doc_of("A body that is seen.")
+        };
+        self.bodies.iter().enumerate().map(port).collect()
+    }
+
+    /// Where each shape is in W, in the order of [`Scenery::shapes`]; `u`: the lanes of [`Scenery::ports`].
+    pub fn poses<'a>(&'a self, u: &'a [f64]) -> impl Iterator<Item = Pose> + 'a {
+        self.shapes.iter().zip(&*self.places).map(|(shape, place)| match place {
+            Some(k) => {
+                let body = NodeState::get(&u[k * NodeState::N..]);
+                Pose::new(body.rotation, body.position) * shape.pose
+            }
+            None => shape.pose,
+        })
+    }
+
+    /// The shapes as a text, for the hash of a plan that has who sees them.
+    pub(crate) fn fingerprint(&self) -> String {
+        format!("{:?}\n", self.shapes)
+    }
+
+    /// Those on bodies that the patterns name.
+    pub(crate) fn only(&self, patterns: Vec<String>) -> Self {
+        let named = |s: &&Sight| patterns.iter().any(|p| pattern::path_matches(p, &s.body));
+        let shapes = self.shapes.iter().filter(named).cloned().collect();
+        Self { only: Some(patterns), ..Self::of(shapes) }
+    }
+}
+
+/// The albedo of what has no colour.
+pub const PLAIN: [f64; 3] = [0.6, 0.6, 0.62];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use linkwork_collision::Shape;
+    use linkwork_spatial::Vec3;
+
+    fn sight(body: &str, name: &str, x: f64) -> Sight {
+        Sight {
+            body: body.into(),
+            name: name.into(),
+            pose: Pose::translation(x, 0.0, 0.0),
+            form: VisualShape::Shape(Shape::Sphere { radius: 1.0 }),
+            color: PLAIN,
+        }
+    }
+
+    #[test]
+    fn shapes_go_with_their_bodies() {
+        let scenery =
+            Scenery::of(vec![sight("b", "1", 1.0), sight("world", "2", 2.0), sight("a", "3", 3.0)]);
+        assert_eq!(scenery.bodies(), ["a", "b"]);
+        let ports = scenery.ports();
+        assert_eq!(ports[1].bind.as_deref(), Some("node:/b"));
+        let mut u = vec![0.0; 2 * NodeState::N];
+        for (k, height) in [10.0, 20.0].into_iter().enumerate() {
+            let body = NodeState { position: Vec3::new(0.0, 0.0, height), ..NodeState::identity() };
+            body.put(&mut u[k * NodeState::N..(k + 1) * NodeState::N]);
+        }
+        let at: Vec<[f64; 3]> = scenery.poses(&u).map(|p| p.position.into()).collect();
+        assert_eq!(at, [[1.0, 0.0, 20.0], [2.0, 0.0, 0.0], [3.0, 0.0, 10.0]]);
+        // Some of them only.
+        let some = scenery.only(vec!["a".into()]);
+        assert_eq!(some.bodies(), ["a"]);
+        assert_ne!(some.fingerprint(), scenery.fingerprint());
+    }
+}

@@ -1,0 +1,264 @@
+//! Services: shared read-only objects, such as terrain or gravity, that models query. A kind of service is a trait.
+//!
+//! A library defines a kind with a trait and an implementation of [`Provided`] for its trait object.
+use crate::author::error::BuildError;
+use crate::author::scenery::Scenery;
+use crate::author::value::remedy;
+use linkwork_spatial::Vec3;
+use std::any::{Any, TypeId};
+use std::collections::BTreeMap;
+use std::ops::Deref;
+use std::sync::Arc;
+
+/// A trait that services provide. It is implemented for the trait object: `impl Provided for dyn Terrain`.
+pub trait Provided: Send + Sync + 'static {
+    /// The kind as a word, for messages and lists: `terrain`.
+    const WORD: &'static str;
+    /// Whether services of this kind are built before all others, which may read them. A simulation has at most one service of such a kind.
+    const FIRST: bool = false;
+    /// Whether the runtime calls [`Provided::out_of_range`] at each row for the nodes of the parts that use the service.
+    const LOCAL: bool = false;
+    /// Returns message and remedy for a part that needs a service of this kind while the simulation does not contain one.
+    fn missing() -> (String, String) {
+        let word = Self::WORD;
+        (
+            format!("needs a {word} service and there is none"),
+            format!("add a part that provides {word}"),
+        )
+    }
+    /// Returns an error if the service cannot answer at t (s).
+    fn failure(&self, _t: f64) -> Option<BuildError> {
+        None
+    }
+    /// Returns an error if p (m, W) lies outside the range of its data at t (s).
+    fn out_of_range(&self, _t: f64, _p: Vec3) -> Option<BuildError> {
+        None
+    }
+}
+
+/// Kind of a service: a trait that services provide.
+#[derive(Clone, Copy)]
+pub struct ServiceKind {
+    id: TypeId,
+    word: &'static str,
+    first: bool,
+    local: bool,
+}
+
+impl ServiceKind {
+    /// Returns the kind of the services that provide a trait: `ServiceKind::of::<dyn Terrain>()`.
+    pub fn of<T: ?Sized + Provided>() -> Self {
+        ServiceKind { id: TypeId::of::<T>(), word: T::WORD, first: T::FIRST, local: T::LOCAL }
+    }
+    /// Returns the kind as a word.
+    pub fn text(self) -> &'static str {
+        self.word
+    }
+    /// Returns whether services of this kind are built before all others ([`Provided::FIRST`]).
+    pub fn is_first(self) -> bool {
+        self.first
+    }
+    /// Returns whether its range is checked at nodes ([`Provided::LOCAL`]).
+    pub fn is_local(self) -> bool {
+        self.local
+    }
+}
+
+impl PartialEq for ServiceKind {
+    fn eq(&self, other: &Self) -> bool {
+        self.id == other.id
+    }
+}
+
+impl Eq for ServiceKind {}
+
+impl std::fmt::Debug for ServiceKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.word)
+    }
+}
+
+/// Functions of a service that the runtime calls without knowing its kind.
+trait Object: Any + Send + Sync {
+    fn kind(&self) -> ServiceKind;
+    fn failure(&self, t: f64) -> Option<BuildError>;
+    fn out_of_range(&self, t: f64, p: Vec3) -> Option<BuildError>;
+}
+
+/// A shared trait object as a sized type, because only sized types can be found by their type.
+struct Shared<T: ?Sized>(Arc<T>);
+
+impl<T: ?Sized + Provided> Object for Shared<T> {
+    fn kind(&self) -> ServiceKind {
+        ServiceKind::of::<T>()
+    }
+    fn failure(&self, t: f64) -> Option<BuildError> {
+        Provided::failure(&*self.0, t)
+    }
+    fn out_of_range(&self, t: f64, p: Vec3) -> Option<BuildError> {
+        Provided::out_of_range(&*self.0, t, p)
+    }
+}
+
+/// A service object of any kind, shared.
+#[derive(Clone)]
+pub struct ServiceObject(Arc<dyn Object>);
+
+impl ServiceObject {
+    /// Creates a service that provides a trait: `ServiceObject::new::<dyn Terrain>(Arc::new(terrain))`.
+    pub fn new<T: ?Sized + Provided>(object: Arc<T>) -> Self {
+        ServiceObject(Arc::new(Shared(object)))
+    }
+    /// Returns the object as this trait, if it has this kind.
+    pub fn get<T: ?Sized + Provided>(&self) -> Option<&Arc<T>> {
+        let object: &dyn Any = &*self.0;
+        object.downcast_ref::<Shared<T>>().map(|shared| &shared.0)
+    }
+    /// Returns the kind of the service.
+    pub fn kind(&self) -> ServiceKind {
+        self.0.kind()
+    }
+    /// Returns an error if p (m, W) lies outside the range of its data.
+    pub fn out_of_range(&self, t: f64, p: Vec3) -> Option<BuildError> {
+        self.0.out_of_range(t, p)
+    }
+    /// Returns an error if the service cannot answer at t (s).
+    pub fn failure(&self, t: f64) -> Option<BuildError> {
+        self.0.failure(t)
+    }
+}
+
+/// A bound service: dereferences to the trait.
+pub struct Handle<T: ?Sized> {
+    object: Arc<T>,
+    path: Arc<str>,
+}
+
+impl<T: ?Sized> Handle<T> {
+    /// Wraps an object, for tests and built assemblies.
+    pub fn new(path: &str, object: Arc<T>) -> Self {
+        Handle { object, path: path.into() }
+    }
+    /// Path of the provider.
+    pub fn path(&self) -> &str {
+        &self.path
+    }
+    /// The shared object.
+    pub fn object(&self) -> &Arc<T> {
+        &self.object
+    }
+}
+impl<T: ?Sized> Clone for Handle<T> {
+    fn clone(&self) -> Self {
+        Handle { object: self.object.clone(), path: self.path.clone() }
+    }
+}
+impl<T: ?Sized> Deref for Handle<T> {
+    type Target = T;
+    fn deref(&self) -> &T {
+        &self.object
+    }
+}
+impl<T: ?Sized> std::fmt::Debug for Handle<T> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Handle({})", self.path)
+    }
+}
+
+/// All services of a simulation, by path.
+#[derive(Clone, Default)]
+pub struct Services {
+    objects: BTreeMap<String, ServiceObject>,
+    /// Services with errors: their absence is not reported as a second error.
+    pub(crate) failed: Vec<(String, ServiceKind)>,
+    /// Visible scene.
+    pub(crate) scenery: Scenery,
+}
+
+impl Services {
+    /// Creates an empty set of services with a visible scene.
+    pub(crate) fn seeing(scenery: Scenery) -> Self {
+        Services { scenery, ..Services::default() }
+    }
+
+    /// Adds a service.
+    pub fn add(&mut self, path: impl Into<String>, object: ServiceObject) {
+        self.objects.insert(path.into(), object);
+    }
+
+    /// Returns the first service that cannot answer at t (s), and the reason.
+    pub(crate) fn failure(&self, t: f64) -> Option<(&str, BuildError)> {
+        self.objects.iter().find_map(|(path, object)| Some((path.as_str(), object.failure(t)?)))
+    }
+
+    /// Returns whether the service at `path` exists and cannot answer at t (s).
+    pub(crate) fn is_troubled(&self, path: &str, t: f64) -> bool {
+        self.objects.get(path).is_some_and(|object| object.failure(t).is_some())
+    }
+
+    /// Returns all services, by path.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &ServiceObject)> {
+        self.objects.iter().map(|(p, o)| (p.as_str(), o))
+    }
+
+    /// Returns the first service of a kind, by path, with the path of its part.
+    pub fn first<T: ?Sized + Provided>(&self) -> Option<Handle<T>> {
+        self.iter().find_map(|(path, object)| Some(Handle::new(path, object.get::<T>()?.clone())))
+    }
+
+    /// Returns the service at `path`, or without a path the provider nearest to `user` in the tree.
+    ///
+    /// # Errors
+    /// Returns message and remedy, or `None` if the provider itself has an error that was already reported.
+    pub fn find<T: ?Sized + Provided>(
+        &self,
+        path: Option<&str>,
+        user: &str,
+    ) -> Result<Handle<T>, Option<(String, String)>> {
+        let of_kind: Vec<(&str, Arc<T>)> =
+            self.iter().filter_map(|(p, o)| Some((p, o.get::<T>()?.clone()))).collect();
+        let paths: Vec<&str> = of_kind.iter().map(|(p, _)| *p).collect();
+        let kind = T::WORD;
+        let mut refused = self.failed.iter().filter(|(_, kind)| *kind == ServiceKind::of::<T>());
+        match path {
+            Some(path) => {
+                // The path is absolute or relative to an enclosing assembly of the user.
+                let mut scope = user;
+                loop {
+                    let full =
+                        if scope.is_empty() { path.to_string() } else { format!("{scope}.{path}") };
+                    if let Some((p, o)) = of_kind.iter().find(|(p, _)| *p == full) {
+                        return Ok(Handle::new(p, o.clone()));
+                    }
+                    if refused.clone().any(|(p, _)| *p == full) {
+                        return Err(None);
+                    }
+                    if scope.is_empty() {
+                        break;
+                    }
+                    scope = scope.rsplit_once('.').map_or("", |(head, _)| head);
+                }
+                Err(Some((
+                    format!("there is no {kind} service `{path}`"),
+                    remedy(path, &format!("{kind} services"), &paths),
+                )))
+            }
+            None => {
+                let shared =
+                    |p: &str| p.split('.').zip(user.split('.')).take_while(|(a, b)| a == b).count();
+                let best = of_kind.iter().map(|(p, _)| shared(p)).max();
+                let nearest: Vec<_> =
+                    of_kind.iter().filter(|(p, _)| Some(shared(p)) == best).collect();
+                match nearest.as_slice() {
+                    [(p, o)] => Ok(Handle::new(p, o.clone())),
+                    _ if refused.next().is_some() => Err(None),
+                    [] => Err(Some(T::missing())),
+                    _ => Err(Some((
+                        format!("needs a {kind} service and there are {}", nearest.len()),
+                        format!("name one of: {}", paths.join(", ")),
+                    ))),
+                }
+            }
+        }
+    }
+}

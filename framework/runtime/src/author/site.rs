@@ -1,0 +1,118 @@
+//! W as a site: a frame that is fixed to a planet and turns with it.
+//! ```text
+//! p_P = X_PW p                            P: axes fixed to the planet, origin at its centre
+//! a   = R_WP g_P(p_P) − ω × (ω × (p − c)) − 2 ω × v       what a body in free fall does in W
+//! ω   = R_WP ẑ rate                       of W in inertial space, constant in W;  c: the planet's centre in W
+//! R_IW(t) = R_IP(0) R_z(rate t) R_PW      I: inertial axes at the planet's centre, those of stars and ephemerides
+//! ```
+//! Terrain, contact, hinges and velocities are relative to the site, so that objects at rest on the ground have coordinates of some metres and zero
+//! velocity. A gravity service that lives in a site ([`Gravity::site`])
+//! gives the centrifugal part with its field; the mechanism adds what depends on motion, for each body with its
+//! own velocity and spin, exactly.
+//!
+//! [`Gravity::site`]: crate::Gravity::site
+use crate::author::ports::NodeState;
+use linkwork_spatial::{Pose, Quat, Vec3};
+
+/// Position of W on its planet, and the planet's rotation rate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Site {
+    /// `X_PW`: W in axes that are fixed to the planet, from its centre (m).
+    pub pose: Pose,
+    /// Rate of the planet about z of those axes, rad/s, east positive.
+    pub rate: f64,
+    /// `R_IP` at t = 0: those axes in inertial ones.
+    pub start: Quat,
+}
+
+impl Site {
+    /// ω: angular velocity of W in inertial space, W, rad/s.
+    #[must_use]
+    pub fn omega(&self) -> Vec3 {
+        self.pose.rotation.inverse() * (Vec3::z() * self.rate)
+    }
+
+    /// `R_IW` at t (s): a vector in W, in inertial axes.
+    #[must_use]
+    pub fn to_inertial(&self, t: f64) -> Quat {
+        let turned = Quat::from_scaled_axis(Vec3::z() * (self.rate * t));
+        self.start * turned * self.pose.rotation
+    }
+
+    /// East at the origin of W, a level unit vector of W; x where the origin is at a pole.
+    #[must_use]
+    pub fn east(&self) -> Vec3 {
+        let across = self.from_planet_axes(&Vec3::z()).cross(&Vec3::z());
+        if across.norm() > 1e-9 { across.normalize() } else { Vec3::x() }
+    }
+
+    /// Returns the vector from the planet's centre to `p`, both in W, m.
+    #[must_use]
+    pub fn relative_to_centre(&self, p: &Vec3) -> Vec3 {
+        p + self.pose.rotation.inverse() * self.pose.position
+    }
+
+    /// Position in the planet's axes, from its centre, of a point in W, m.
+    #[must_use]
+    pub fn to_planet(&self, p: &Vec3) -> Vec3 {
+        self.pose.transform_point(p)
+    }
+
+    /// A vector in the planet's axes, in W.
+    #[must_use]
+    pub fn from_planet_axes(&self, v: &Vec3) -> Vec3 {
+        self.pose.rotation.inverse() * v
+    }
+
+    /// A node as an observer who turns with the planet sees it from its centre: everything in the planet's axes.
+    #[must_use]
+    pub fn around_planet(&self, node: &NodeState) -> NodeState {
+        let turn = self.pose.rotation;
+        NodeState {
+            position: self.to_planet(&node.position),
+            rotation: turn * node.rotation,
+            angular: turn * node.angular,
+            velocity: turn * node.velocity,
+        }
+    }
+
+    /// −ω × (ω × (p − c)) at p (m), W: the centrifugal acceleration, m/s².
+    #[must_use]
+    pub fn centrifugal(&self, p: &Vec3) -> Vec3 {
+        let omega = self.omega();
+        -omega.cross(&omega.cross(&self.relative_to_centre(p)))
+    }
+}
+
+/// What a service takes W for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Axes {
+    /// It does not matter.
+    Any,
+    /// Inertial axes with a planet at the origin.
+    Inertial,
+    /// A site that rotates with its planet.
+    Site(Site),
+    /// A place on a planet whose rotation is left out of the dynamics: level ground, z up.
+    Level(Site),
+}
+
+impl Axes {
+    /// A site, or inertial axes without one.
+    #[must_use]
+    pub fn of(site: Option<Site>) -> Axes {
+        site.map_or(Axes::Inertial, Axes::Site)
+    }
+
+    /// The site, where W turns with it.
+    #[must_use]
+    pub fn site(self) -> Option<Site> {
+        if let Axes::Site(s) = self { Some(s) } else { None }
+    }
+
+    /// The place of W on a planet, whether or not its rotation acts in the dynamics.
+    #[must_use]
+    pub fn place(self) -> Option<Site> {
+        if let Axes::Site(s) | Axes::Level(s) = self { Some(s) } else { None }
+    }
+}

@@ -1,0 +1,103 @@
+//! How a free body starts where its place is not written in the axes of W: on an orbit, in axes with a name, over the ground.
+use crate::author::value::Origin;
+use linkwork_spatial::Vec3;
+
+/// Axes in which a position and a velocity are written, origin at the centre of the world's body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StartFrame {
+    /// Inertial axes, in which the body of the world turns.
+    Inertial,
+    /// Those of the ICRF (GCRS at the Earth), which these are with `turns: iau`.
+    Icrf,
+    /// Mean equator and equinox of J2000 (EME2000): a constant rotation of 23 mas from the ICRF.
+    Eme2000,
+    /// Axes that rotate with the body, at their attitude at t = 0; velocities are relative to these rotating axes.
+    Fixed,
+    /// Those of the Earth with `turns: iau`.
+    Itrf,
+    /// True equator and mean equinox of date, as of two-line elements of Earth satellites.
+    Teme,
+}
+
+/// Where on its orbit a body is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Anomaly {
+    /// True anomaly, rad.
+    True(f64),
+    /// Mean anomaly, rad.
+    Mean(f64),
+}
+
+/// Position and velocity at the start, which the world transforms to W.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Start {
+    /// Osculating elements about the body of the world in inertial axes.
+    Elements {
+        /// a (m); below zero for a hyperbola.
+        semi_major_axis: f64,
+        /// e.
+        eccentricity: f64,
+        /// i, rad.
+        inclination: f64,
+        /// Ω, rad.
+        ascending_node: f64,
+        /// ω, rad.
+        pericentre: f64,
+        /// Place on the orbit.
+        anomaly: Anomaly,
+    },
+    /// A position (m) and a velocity (m/s) in named axes.
+    State {
+        /// The axes.
+        frame: StartFrame,
+        /// Position relative to the centre of the body.
+        position: Vec3,
+        /// Velocity.
+        velocity: Vec3,
+    },
+    /// A place over the ellipsoid.
+    Geodetic {
+        /// Geodetic latitude, rad.
+        latitude: f64,
+        /// East longitude, rad.
+        longitude: f64,
+        /// Height over the ellipsoid, m.
+        height: f64,
+        /// Velocity over the ground (m/s): east, north, up.
+        velocity: Vec3,
+    },
+    /// Where SGP4 has an Earth satellite at the epoch of the world.
+    TwoLine {
+        /// The lines themselves, or the file that has them.
+        from: TwoLineSource,
+        /// Name or number of one of several satellites.
+        satellite: Option<String>,
+    },
+    /// Where an orbit ephemeris message (CCSDS OEM) has a spacecraft at the epoch of the world.
+    Ephemeris {
+        /// The file.
+        file: String,
+        /// `OBJECT_NAME` of one of several spacecraft.
+        object: Option<String>,
+    },
+}
+
+/// Where two-line elements are written.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TwoLineSource {
+    /// A file.
+    File(String),
+    /// The lines.
+    Lines(Vec<String>),
+}
+
+/// A body that starts so.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyStart {
+    /// Its name in the mechanism.
+    pub body: String,
+    /// Where.
+    pub start: Start,
+    /// Where that is written.
+    pub origin: Origin,
+}
