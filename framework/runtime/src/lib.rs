@@ -41,6 +41,7 @@ mod scenery;
 mod schedule;
 mod service_params;
 mod services;
+mod setting;
 mod shown;
 mod site;
 mod sized;
@@ -99,6 +100,7 @@ pub use services::{
     Air, Atmosphere, Gravity, Ground, Handle, Light, Provided, Rock, SOLAR_CONSTANT,
     SPEED_OF_LIGHT, ServiceKind, ServiceObject, Services, Soil, Sun, SunState, Surface, Terrain,
 };
+pub use setting::Setting;
 pub use shown::SharedField;
 pub use site::{Axes, Site};
 pub use sized::{SizedModel, SizedPorts};

@@ -1,7 +1,9 @@
 //! A program: phases, each with its own plan, and the conditions of transitions between them. All phases are compiled before the first step, so that
 //! errors in later phases are found when the program is loaded.
 use crate::catalogue::Catalogue;
-use crate::compile::{WatchedSpec, WhenSpec, Within, common_tick, compile_phase};
+use crate::compile::{
+    WatchedSpec, WhenSpec, Within, common_tick, compile_phase, warn_without_effect,
+};
 use crate::condition::Condition;
 use crate::files::Files;
 use crate::noise;
@@ -224,6 +226,9 @@ pub fn compile_program(
     if !faults.is_empty() {
         faults.sort_by_key(|f| f.origin);
         return Err(Faults(faults));
+    }
+    if let Some((_, first)) = compiled.first_mut() {
+        warn_without_effect(&phases.iter().map(|p| &p.spec).collect::<Vec<_>>(), first);
     }
     Ok(Program::new(compiled))
 }

@@ -255,7 +255,7 @@ fn what_cannot_act_is_a_warning_with_place_and_remedy() {
     assert!(said.len() == 1 && said[0].contains("outside its limits"), "{said:?}");
     let rubs = || pin().friction(Friction { force: 0.3, rate: 0.0 });
     let said = told(flag(rubs(), Contact::Off), h);
-    assert!(said.len() == 1 && said[0].contains("does not act without `contact`"), "{said:?}");
+    assert!(said.len() == 1 && said[0].contains("`friction` has no effect: it is dry"), "{said:?}");
     assert!(told(flag(rubs(), Contact::On), h).is_empty());
     // The greatest damping that a step can follow: 2 I / h.
     let most = 2.0 * INERTIA / 0.001;

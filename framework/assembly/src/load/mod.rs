@@ -12,6 +12,7 @@ pub use resolved::Resolved;
 use crate::body::shapes::BodyShape;
 use crate::expand::assemblies::Assemblies;
 use crate::expand::expander::{Expander, Unmatched};
+use crate::expand::instance::Instance;
 use crate::expand::tree::{TreeNode, tree};
 use crate::form::assembly::{self, AssemblyForm, PartForm, PartKind};
 use crate::form::phases;
@@ -34,7 +35,7 @@ use linkwork_collision::{Colliders, VisualShape};
 use linkwork_formats::{mesh_corners, whole_text};
 use linkwork_runtime::{
     Catalogue, Fault, Faults, Integrator, Located, MechanismSpec, Origin, PhaseSpec, Program,
-    Sources, Spec, Value, WatchSpec,
+    Setting, Sources, Spec, Value, WatchSpec,
 };
 use linkwork_solvers::FixedValues;
 use std::collections::BTreeMap;
@@ -530,6 +531,18 @@ fn replaced(simulation: &Settings, origin: Origin) -> Option<Fault> {
     Some(Fault::new(origin, fact).help(help))
 }
 
+/// Returns the setting `contact` of a simulation whose machines move by kinematics, which does not act.
+fn rolled(root: &Instance, origin: Origin) -> Setting {
+    let reason = "`place` moves the machines without inertia: only their wheels meet the ground";
+    let remedy = "remove `contact`, or write `motion: \"dynamics\"` in `place`";
+    Setting {
+        owner: "simulation".into(),
+        name: "contact",
+        origin: root.contact.as_ref().map_or(origin, |c| c.origin),
+        idle: Some((reason.into(), remedy.into())),
+    }
+}
+
 /// A value from the command line: RON, or otherwise the text itself (`0.7 ohm`, `rk4`).
 fn plain_value(text: &str, origin: Origin) -> Located {
     fn at(v: Located, origin: Origin) -> Located {
@@ -635,7 +648,8 @@ fn assemble(
         host: mechanism.spec.map(|mut m| {
             if kinematic.is_some() {
                 // Machines without contact follow their rolling wheels.
-                (m.contact, m.compliant) = (None, None);
+                let written = m.contact.take().is_some() | m.compliant.take().is_some();
+                m.settings = Vec::from_iter(written.then(|| rolled(&root, m.origin)));
             }
             m.kinematic = kinematic;
             m.step = Some(simulation.step.seconds());

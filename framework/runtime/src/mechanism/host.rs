@@ -9,6 +9,7 @@ use crate::error::BuildError;
 use crate::ports::PortKind;
 use crate::scenery::Scenery;
 use crate::services::{Gravity, ServiceKind, Services, Terrain};
+use crate::setting::Setting;
 use crate::site::Axes;
 use crate::start::{BodyStart, Start};
 use crate::value::{Fault, Origin};
@@ -79,6 +80,9 @@ impl Host for MechanismSpec {
         spec.check_loads(bound, out);
         let rolling = self.rolling(services, &ports, out);
         Box::new(MechanismPart::new(&spec, (gravity, rolling), ports, out.warnings))
+    }
+    fn settings(&self) -> Vec<Setting> {
+        self.all_settings()
     }
     fn scenery(&self) -> Scenery {
         self.scenery.clone()

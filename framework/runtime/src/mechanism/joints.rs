@@ -16,6 +16,7 @@
 //! semi-implicit Euler it may be a step's motion, h v, more. It comes back no faster than it went in.
 //! With contact the step is explicit in damping and requires h d / m < 2. Prescribed coordinates feel
 //! none of these.
+use super::idle::limited;
 use super::spec::MechanismSpec;
 use crate::value::Fault;
 use linkwork_dynamics::{Tree, Workspace, apply_inverse_mass, inverse_mass_diagonal, kinematics};
@@ -255,7 +256,7 @@ pub(super) fn lower(spec: &MechanismSpec, tree: &Tree, warnings: &mut Vec<Fault>
             }
         }
         if smooth {
-            at.friction(&mut out, warnings);
+            at.friction(&mut out);
             at.stop(&mut out, warnings);
         } else if spec.contact.as_ref().is_some_and(|c| c.settings.limits == JointLimits::Stop) {
             at.outside(warnings);
@@ -265,15 +266,8 @@ pub(super) fn lower(spec: &MechanismSpec, tree: &Tree, warnings: &mut Vec<Fault>
     out
 }
 
-fn limited(s: &Subhinge) -> bool {
-    s.limits.lower.is_finite() || s.limits.upper.is_finite() || s.ball != BallLimits::NONE
-}
-
 fn acts(s: &Subhinge) -> bool {
-    s.damping != 0.0
-        || s.spring != Spring::NONE
-        || s.friction != Friction::NONE
-        || (limited(s) && s.stop != Stop::Off)
+    s.damping != 0.0 || s.spring != Spring::NONE || s.friction != Friction::NONE || limited(s)
 }
 
 impl At<'_> {
@@ -283,17 +277,10 @@ impl At<'_> {
         warnings.push(Fault::new(origin, fact).help(help));
     }
 
-    fn friction(&self, out: &mut JointForces, warnings: &mut Vec<Fault>) {
+    fn friction(&self, out: &mut JointForces) {
         let Friction { force, rate } = self.range.subhinge.friction;
         if force > 0.0 && rate > 0.0 {
             out.friction.push((self.range.v.start, force, 1.0 / rate));
-        } else if force > 0.0 {
-            self.warn(
-                warnings,
-                &format!("its dry friction of {force} does not act without `contact`"),
-                "write `friction: (force: .., rate: ..)` for a smooth form, use `contact`, or take \
-                 the friction out",
-            );
         }
     }
 
@@ -336,10 +323,15 @@ impl At<'_> {
     /// A start outside the limits, from which a stop or contact throws or pushes it back.
     fn outside(&self, warnings: &mut Vec<Fault>) {
         let s = &self.range.subhinge;
-        if !limited(s) || s.stop == Stop::Off {
+        if !limited(s) {
             return;
         }
-        let help = "begin within the limits, or write `stop: false` if it may pass them";
+        let help = match self.spec.contact {
+            Some(_) => {
+                "begin within the limits, or write `limits: false` in `contact` if it may pass them"
+            }
+            None => "begin within the limits, or write `stop: false` if it may pass them",
+        };
         let q = self.range.q.start;
         if s.kind == SubhingeKind::Ball {
             let begins = self.spec.q.get(q..q + 4).map(|q| s.ball.left(q));

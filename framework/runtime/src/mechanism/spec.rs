@@ -3,6 +3,7 @@ use super::gaps::{Closing, Gaps};
 use super::touch::Pair;
 use crate::scenery::Scenery;
 use crate::services::Terrain;
+use crate::setting::Setting;
 use crate::start::BodyStart;
 use crate::value::Origin;
 use linkwork_collision::Colliders;
@@ -63,6 +64,8 @@ pub struct MechanismSpec {
     pub bodies: Arc<BTreeMap<String, Origin>>,
     /// Visible shapes, for cameras and lidars.
     pub scenery: Scenery,
+    /// Other settings of the file that may be without effect.
+    pub settings: Vec<Setting>,
     /// The step, s, from which the stiffness of usual stops follows; `None`: not known, and they do not act.
     pub step: Option<f64>,
 }
@@ -99,6 +102,7 @@ impl MechanismSpec {
             origins: BTreeMap::new(),
             bodies: Arc::default(),
             scenery: Scenery::default(),
+            settings: Vec::new(),
             step: None,
         }
     }
