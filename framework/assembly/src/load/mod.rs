@@ -12,7 +12,6 @@ pub use resolved::Resolved;
 use crate::body::shapes::BodyShape;
 use crate::expand::assemblies::Assemblies;
 use crate::expand::expander::{Expander, Unmatched};
-use crate::expand::instance::Instance;
 use crate::expand::tree::{TreeNode, tree};
 use crate::form::assembly::{self, AssemblyForm, PartForm, PartKind};
 use crate::form::phases;
@@ -532,13 +531,13 @@ fn replaced(simulation: &Settings, origin: Origin) -> Option<Fault> {
 }
 
 /// Returns the setting `contact` of a simulation whose machines move by kinematics, which does not act.
-fn rolled(root: &Instance, origin: Origin) -> Setting {
+fn rolled(origin: Origin) -> Setting {
     let reason = "`place` moves the machines without inertia: only their wheels meet the ground";
     let remedy = "remove `contact`, or write `motion: \"dynamics\"` in `place`";
     Setting {
         owner: "simulation".into(),
         name: "contact",
-        origin: root.contact.as_ref().map_or(origin, |c| c.origin),
+        origin,
         idle: Some((reason.into(), remedy.into())),
     }
 }
@@ -648,8 +647,10 @@ fn assemble(
         host: mechanism.spec.map(|mut m| {
             if kinematic.is_some() {
                 // Machines without contact follow their rolling wheels.
-                let written = m.contact.take().is_some() | m.compliant.take().is_some();
-                m.settings = Vec::from_iter(written.then(|| rolled(&root, m.origin)));
+                let any = m.contact.take().is_some() | m.compliant.take().is_some();
+                // A library's rover may have contact for simulations by forces.
+                let written = root.contact.as_ref().filter(|_| any);
+                m.settings = written.map(|contact| rolled(contact.origin)).into_iter().collect();
             }
             m.kinematic = kinematic;
             m.step = Some(simulation.step.seconds());
