@@ -91,6 +91,34 @@ impl JointForces {
     /// Adds the forces at (q, β) to `tau`.
     #[inline]
     pub fn add(&self, q: &[f64], v: &[f64], tau: &mut [f64]) {
+        self.add_damping_friction_stops(q, v, tau);
+        for &(at, i, stiffness, rest) in &self.springs {
+            tau[i] += Spring { stiffness, rest }.force(q[at]);
+        }
+        if self.has_balls() {
+            self.add_ball_springs(q, tau);
+            self.add_ball_stops(q, v, tau);
+        }
+    }
+
+    /// Adds the forces that lose energy, all except springs, at (q, β) to `tau`.
+    pub fn add_losses(&self, q: &[f64], v: &[f64], tau: &mut [f64]) {
+        self.add_damping_friction_stops(q, v, tau);
+        self.add_ball_stops(q, v, tau);
+    }
+
+    /// Returns the elastic energy of the springs at q, J.
+    pub fn spring_energy(&self, q: &[f64]) -> f64 {
+        let one = self.springs.iter();
+        let one = one.map(|&(at, _, stiffness, rest)| Spring { stiffness, rest }.energy(q[at]));
+        let balls = self.ball_springs.iter().map(|&(at, _, stiffness)| {
+            Spring { stiffness, rest: 0.0 }.energy_of_ball(&rotation(q, at))
+        });
+        one.chain(balls).sum()
+    }
+
+    #[inline]
+    fn add_damping_friction_stops(&self, q: &[f64], v: &[f64], tau: &mut [f64]) {
         for &(i, d) in &self.damping {
             tau[i] -= d * v[i];
         }
@@ -105,12 +133,6 @@ impl JointForces {
                 tau[s.v] -= s.law.force(q - s.upper, v);
             }
         }
-        for &(at, i, stiffness, rest) in &self.springs {
-            tau[i] -= stiffness * (q[at] - rest);
-        }
-        if self.has_balls() {
-            self.add_balls(q, v, tau);
-        }
     }
 
     /// Whether forces of balls act, whose derivatives are not known here.
@@ -118,13 +140,14 @@ impl JointForces {
         !(self.ball_springs.is_empty() && self.ball_stops.is_empty())
     }
 
-    fn add_balls(&self, q: &[f64], v: &[f64], tau: &mut [f64]) {
+    fn add_ball_springs(&self, q: &[f64], tau: &mut [f64]) {
         for &(at, i, stiffness) in &self.ball_springs {
-            let r = &q[at..at + 4];
-            let turn = Quat::new_unchecked(nalgebra::Quaternion::new(r[3], r[0], r[1], r[2]));
-            let pull = turn.scaled_axis() * stiffness;
-            (0..3).for_each(|k| tau[i + k] -= pull[k]);
+            let pull = Spring { stiffness, rest: 0.0 }.torque(&rotation(q, at));
+            (0..3).for_each(|k| tau[i + k] += pull[k]);
         }
+    }
+
+    fn add_ball_stops(&self, q: &[f64], v: &[f64], tau: &mut [f64]) {
         for s in &self.ball_stops {
             let w = Vec3::new(v[s.v], v[s.v + 1], v[s.v + 2]);
             let past = s.limits.left(&q[s.q..s.q + 4]).into_iter().flatten();
@@ -160,6 +183,12 @@ impl JointForces {
             each(s.v, -slopes.0, -slopes.1);
         }
     }
+}
+
+/// Returns the rotation of the ball whose quaternion begins at `at`.
+fn rotation(q: &[f64], at: usize) -> Quat {
+    let r = &q[at..at + 4];
+    Quat::new_unchecked(nalgebra::Quaternion::new(r[3], r[0], r[1], r[2]))
 }
 
 impl StopLaw {
