@@ -143,7 +143,7 @@ impl<'a> Daf<'a> {
     }
 }
 
-/// Whether records have coefficients for the derivatives, or the derivatives are those of the functions.
+/// Whether records have coefficients for the derivatives, or the polynomials of the functions are differentiated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Rates {
     Stored,

@@ -13,6 +13,7 @@ mod kernels;
 mod magnetic;
 mod nesc;
 mod orbit;
+mod orientation_kernels;
 mod planet;
 mod polyhedron;
 mod support;

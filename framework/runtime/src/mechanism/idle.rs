@@ -92,7 +92,7 @@ impl MechanismSpec {
 
     fn idle_friction(&self, f: Friction) -> Option<Idle> {
         (self.contact.is_none() && f.rate == 0.0).then_some((
-            "it is dry, and there is no contact by impulses",
+            "it is dry, which only contact by impulses supports",
             "write `friction: (force: .., rate: ..)` for a smooth form, use `contact`, or remove it",
         ))
     }

@@ -1,4 +1,4 @@
-//! NAIF's binary kernels of planetary orientation (binary PCK): Euler angles by Chebyshev polynomials, such as those of the Moon's principal axes.
+//! NAIF's binary kernels of planetary orientation (binary PCK): Euler angles by Chebyshev polynomials, for example of the Moon's principal axes.
 //!
 //! ```text
 //! summary   two times (TDB seconds past J2000), and body, axes (1: J2000, 17: ecliptic of J2000), type, addresses
