@@ -1,12 +1,13 @@
 //! Passive elements on hinges: spring-damper, soft stop, differential.
 //! ```text
-//! spring-damper   τ = −k (q − q₀) − c q̇
+//! spring-damper   τ = −k (q − q₀) − c q̇,   energy ½ k (q − q₀)²,   loss c q̇²
 //! soft stop       τ = ∓ k δ (1 + d δ̇)₊          δ: how far beyond the stop (Hunt, Crossley)
 //! differential    e = q_l + n q_r,   τ_l = −k e − c ė,   τ_r = n τ_l
 //! ```
 //! The differential does no work but on e: with n = 1 the two rockers turn opposite ways and the chassis keeps
 //! the mean of them.
 
+use linkwork_multibody::Spring;
 use linkwork_runtime::prelude::*;
 
 /// A hinge.
@@ -39,21 +40,40 @@ pub struct SpringDamperParams {
     pub rest: f64,
 }
 
+/// Torque, energy and loss of a spring-damper.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct SpringDamperOut {
+    /// Torque on the hinge.
+    #[port(bind = "shaft")]
+    pub torque: HingeTorque,
+    /// Elastic energy of the spring.
+    #[port("J", stored)]
+    pub energy: f64,
+    /// Power that the damper turns into heat.
+    #[port("W", lost)]
+    pub loss: f64,
+}
+
 /// A spring-damper.
 pub struct SpringDamper {
     p: SpringDamperParams,
 }
 
-/// Linear spring and damper on a hinge.
+/// Linear spring and damper on a hinge. A body's hinge has the same law in its fields `spring` and `damping`. The part can be logged, and a phase can remove it.
 #[model("actuators.spring_damper")]
 impl Model for SpringDamper {
     type Params = SpringDamperParams;
     type FeedthroughInputs = ShaftIn;
-    type FeedthroughOutputs = ShaftOut;
-    fn feedthrough(&self, u: &ShaftIn) -> ShaftOut {
+    type FeedthroughOutputs = SpringDamperOut;
+    fn feedthrough(&self, u: &ShaftIn) -> SpringDamperOut {
         let p = &self.p;
-        let torque = -p.stiffness * (u.shaft.angle - p.rest) - p.damping * u.shaft.rate;
-        ShaftOut { torque: HingeTorque(torque) }
+        let (q, rate) = (u.shaft.angle, u.shaft.rate);
+        let spring = Spring { stiffness: p.stiffness, rest: p.rest };
+        SpringDamperOut {
+            torque: HingeTorque(spring.force(q) - p.damping * rate),
+            energy: spring.energy(q),
+            loss: p.damping * rate * rate,
+        }
     }
 }
 
@@ -178,6 +198,8 @@ mod tests {
         let p = SpringDamperParams { stiffness: 10.0, damping: 2.0, rest: 0.1 };
         let y = SpringDamper { p }.feedthrough(&shaft(0.4, 0.5));
         assert!((y.torque.0 + 4.0).abs() < 1e-12);
+        // ½ 10 · 0.3² and 2 · 0.5².
+        assert!((y.energy - 0.45).abs() < 1e-12 && (y.loss - 0.5).abs() < 1e-12);
     }
 
     #[test]

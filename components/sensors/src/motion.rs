@@ -1,6 +1,6 @@
 //! `sensors.motion`: the motion of a node as it is, for controllers that are tried before there is an estimator.
 //! ```text
-//! rate, body velocity in the node's axes:  Rᵀ ω_W,  Rᵀ v_W
+//! rate, body velocity in the node's axes:  Rᵀ ω_W,  Rᵀ v_W        axes of the node in W: columns of R
 //! ```
 
 use linkwork_runtime::prelude::*;
@@ -31,6 +31,18 @@ pub struct MotionOut {
     /// Velocity, node's axes.
     #[port("m/s")]
     pub body_velocity: Vec3,
+    /// Angular rate, W.
+    #[port("rad/s")]
+    pub angular_velocity: Vec3,
+    /// Direction of the node's x axis, W.
+    #[port("1")]
+    pub x_axis: Vec3,
+    /// Direction of the node's y axis, W.
+    #[port("1")]
+    pub y_axis: Vec3,
+    /// Direction of the node's z axis, W.
+    #[port("1")]
+    pub z_axis: Vec3,
 }
 
 /// Exact motion.
@@ -50,6 +62,10 @@ impl Model for Motion {
             attitude: rotation,
             rate: back * angular,
             body_velocity: back * velocity,
+            angular_velocity: angular,
+            x_axis: rotation * Vec3::x(),
+            y_axis: rotation * Vec3::y(),
+            z_axis: rotation * Vec3::z(),
         }
     }
 }
@@ -68,5 +84,7 @@ mod tests {
         assert!((y.rate - Vec3::new(2.0, 0.0, 0.5)).norm() < 1e-15);
         assert!((y.body_velocity - Vec3::new(0.0, 3.0, 1.0)).norm() < 1e-15);
         assert_eq!((y.attitude, y.velocity), (mount.rotation, mount.velocity));
+        assert_eq!((y.angular_velocity, y.z_axis), (mount.angular, Vec3::z()));
+        assert!((y.x_axis - Vec3::y()).norm() < 1e-15 && (y.y_axis + Vec3::x()).norm() < 1e-15);
     }
 }

@@ -31,6 +31,12 @@ pub struct SpecificForceOut {
     /// Specific force, axes of the node.
     #[port("m/s^2")]
     pub force: Vec3,
+    /// Specific force, W.
+    #[port("m/s^2")]
+    pub world_force: Vec3,
+    /// Angular acceleration, W.
+    #[port("rad/s^2")]
+    pub angular_acceleration: Vec3,
 }
 
 /// Exact specific force.
@@ -48,7 +54,12 @@ impl Model for SpecificForce {
         let NodeState { position, rotation, velocity, .. } = u.mount;
         let gravity = self.p.gravity.as_ref();
         let fall = gravity.map_or(Vec3::zeros(), |g| g.free_fall(clock.t, position, velocity));
-        SpecificForceOut { force: rotation.inverse() * (u.motion.linear - fall) }
+        let world_force = u.motion.linear - fall;
+        SpecificForceOut {
+            force: rotation.inverse() * world_force,
+            world_force,
+            angular_acceleration: u.motion.angular,
+        }
     }
 }
 
@@ -70,6 +81,7 @@ mod tests {
             let m = SpecificForce { p: SpecificForceParams { gravity } };
             let y = m.feedthrough(&c, &SpecificForceIn { mount, motion });
             assert!((y.force - want).norm() < 1e-14, "{}", y.force);
+            assert!((y.world_force - mount.rotation * want).norm() < 1e-14, "{}", y.world_force);
         }
     }
 }

@@ -12,6 +12,7 @@ mod files;
 mod format;
 mod fuzz;
 mod groups;
+mod idle;
 mod imports;
 mod joints;
 mod load;

@@ -125,9 +125,9 @@ pub struct Tendon {
 pub enum Sensor {
     /// Coordinate and rate of a joint.
     Joint(HingeCoordinate),
-    /// Position, attitude, velocity and angular rate of a frame.
+    /// Position, attitude, velocity, angular rate and axes of a frame.
     Motion(DeviceFrame),
-    /// Specific force at a frame.
+    /// Specific force and angular acceleration at a frame.
     SpecificForce(DeviceFrame),
     /// Force and moment that the parent exerts on a body through its hinge.
     HingeLoad {

@@ -333,18 +333,19 @@ impl<'a> Cx<'a> {
     }
 
     /// Reports every value that requires xacro.
-    pub fn refuse_xacro(&mut self, e: &Element) {
-        if e.name.starts_with("xacro:") {
-            let text = format!("<{}>", e.name);
-            self.fault(e.place(), FaultKind::Xacro { text });
-        }
-        for a in &e.attributes {
-            if a.value.contains("${") || a.value.contains("$(") {
-                let text = shortened(&a.value);
-                self.fault(e.place_of(&a.name), FaultKind::Xacro { text });
+    pub fn refuse_xacro(&mut self, root: &Element) {
+        for (e, _) in root.walk() {
+            if e.name.starts_with("xacro:") {
+                let text = format!("<{}>", e.name);
+                self.fault(e.place(), FaultKind::Xacro { text });
+            }
+            for a in &e.attributes {
+                if a.value.contains("${") || a.value.contains("$(") {
+                    let text = shortened(&a.value);
+                    self.fault(e.place_of(&a.name), FaultKind::Xacro { text });
+                }
             }
         }
-        e.children.iter().for_each(|c| self.refuse_xacro(c));
     }
 
     /// Returns the description if it is valid; builds the mechanism once to check it.

@@ -1,14 +1,18 @@
 //! XML text as a tree of elements that store their position and whether they were read.
 //!
 //! No list of unsupported elements is necessary: elements that no reader requested are reported as ignored.
+//!
+//! Functions of this file do not recurse, because a chain of bodies in MJCF may be deep, and stacks of threads may be small.
 
 use crate::error::{FaultKind, FileFault, FilePlace};
 use crate::{FormatError, Ignored};
 use std::cell::Cell;
 use std::rc::Rc;
 
-/// Deeper files are rejected, so that recursion is safe.
-pub(crate) const DEPTH: usize = 1000;
+/// Depth of elements above which files are rejected. Readers of these formats recurse, with large frames in builds without optimization.
+pub(crate) const DEPTH: usize = 100;
+/// Depth of elements above which MJCF files are rejected: a chain of bodies is a chain of nested elements. The reader does not recurse.
+pub(crate) const CHAIN: usize = 1000;
 
 /// The names of a format.
 pub(crate) trait Names {
@@ -34,7 +38,6 @@ pub(crate) struct Attribute {
 }
 
 /// An element.
-#[derive(Clone)]
 pub(crate) struct Element {
     pub name: String,
     pub attributes: Vec<Attribute>,
@@ -122,9 +125,74 @@ impl Element {
 
     /// Marks it and everything inside as read, when another entry reports it.
     pub fn touch_all(&self) {
-        self.used.set(true);
-        self.attributes.iter().for_each(|a| a.used.set(true));
-        self.children.iter().for_each(Element::touch_all);
+        for (e, _) in self.walk() {
+            e.used.set(true);
+            e.attributes.iter().for_each(|a| a.used.set(true));
+        }
+    }
+
+    /// Returns this element and everything inside, in the order of the text, each with its depth: 1 for this element.
+    pub fn walk(&self) -> impl Iterator<Item = (&Element, usize)> {
+        let mut todo = vec![(self, 1)];
+        std::iter::from_fn(move || {
+            let (e, depth) = todo.pop()?;
+            todo.extend(e.children.iter().rev().map(|c| (c, depth + 1)));
+            Some((e, depth))
+        })
+    }
+
+    /// Calls a function with this element and everything inside, in the order of the text, each with its depth. The function may replace the
+    /// children, which follow.
+    pub fn for_each(&mut self, mut f: impl FnMut(&mut Element, usize)) {
+        let mut todo = vec![(self, 1)];
+        while let Some((e, depth)) = todo.pop() {
+            f(e, depth);
+            todo.extend(e.children.iter_mut().rev().map(|c| (c, depth + 1)));
+        }
+    }
+
+    /// Calls a function with everything inside, and then with this element: children before the element that contains them.
+    pub fn for_each_inside_first(&mut self, mut f: impl FnMut(&mut Element)) {
+        let open = |mut e: Element| {
+            let mut todo = std::mem::take(&mut e.children);
+            todo.reverse();
+            (e, todo)
+        };
+        let whole = std::mem::replace(self, Element::like(self, ""));
+        let (mut outer, mut now) = (Vec::new(), open(whole));
+        loop {
+            if let Some(child) = now.1.pop() {
+                outer.push(std::mem::replace(&mut now, open(child)));
+                continue;
+            }
+            let mut done = now.0;
+            f(&mut done);
+            let Some(parent) = outer.pop() else {
+                *self = done;
+                return;
+            };
+            now = parent;
+            now.0.children.push(done);
+        }
+    }
+
+    /// Builds a tree: `make` returns an element without children, and `sources` the sources of its children.
+    fn build<S>(root: S, make: impl Fn(&S) -> Element, sources: impl Fn(&S) -> Vec<S>) -> Element {
+        let open = |source: S| {
+            let mut todo = sources(&source);
+            todo.reverse();
+            (make(&source), todo)
+        };
+        let (mut outer, mut now) = (Vec::new(), open(root));
+        loop {
+            if let Some(source) = now.1.pop() {
+                outer.push(std::mem::replace(&mut now, open(source)));
+                continue;
+            }
+            let Some(parent) = outer.pop() else { return now.0 };
+            let done = std::mem::replace(&mut now, parent).0;
+            now.0.children.push(done);
+        }
     }
 
     /// Returns `link[arm]`, or `link` without a name.
@@ -147,37 +215,55 @@ impl Element {
 
     /// Returns all unread contents, outermost first. A note marks names that the format does not have.
     pub fn unread(&self, names: Option<&dyn Names>) -> Vec<Ignored> {
-        let mut out = Vec::new();
-        self.collect_unread(None, &self.name, names, &mut out);
-        out
-    }
-
-    fn collect_unread(
-        &self,
-        parent: Option<&str>,
-        path: &str,
-        names: Option<&dyn Names>,
-        out: &mut Vec<Ignored>,
-    ) {
         let with = |fact: String, strange: Option<String>| match strange {
             Some(strange) => format!("{fact} {strange}"),
             None => fact,
         };
-        for a in self.attributes.iter().filter(|a| !a.used.get()) {
-            let strange = names.and_then(|n| n.strange_attribute(parent, &self.name, &a.name));
-            let fact = format!("attribute {}=\"{}\"", a.name, a.value);
-            let mut entry = self.ignored(path, with(fact, strange));
-            entry.line = a.line;
-            out.push(entry);
-        }
-        for c in &self.children {
-            let inner = format!("{path}/{}", c.label());
-            if c.used.get() {
-                c.collect_unread(Some(&self.name), &inner, names, out);
-            } else {
-                let strange = names.and_then(|n| n.strange_element(self, &c.name));
-                out.push(c.ignored(inner, with(format!("element <{}>", c.name), strange)));
+        let mut out = Vec::new();
+        let mut todo: Vec<(&Element, Option<&Element>, String)> =
+            vec![(self, None, self.name.clone())];
+        while let Some((e, parent, path)) = todo.pop() {
+            if let Some(parent) = parent.filter(|_| !e.used.get()) {
+                let strange = names.and_then(|n| n.strange_element(parent, &e.name));
+                out.push(e.ignored(path, with(format!("element <{}>", e.name), strange)));
+                continue;
             }
+            for a in e.attributes.iter().filter(|a| !a.used.get()) {
+                let outer = parent.map(|p| p.name.as_str());
+                let strange = names.and_then(|n| n.strange_attribute(outer, &e.name, &a.name));
+                let fact = format!("attribute {}=\"{}\"", a.name, a.value);
+                let mut entry = e.ignored(path.as_str(), with(fact, strange));
+                entry.line = a.line;
+                out.push(entry);
+            }
+            let inside = e.children.iter().rev();
+            todo.extend(inside.map(|c| (c, Some(e), format!("{path}/{}", c.label()))));
+        }
+        out
+    }
+}
+
+impl Clone for Element {
+    fn clone(&self) -> Self {
+        let own = |e: &&Element| Element {
+            name: e.name.clone(),
+            attributes: e.attributes.clone(),
+            children: Vec::with_capacity(e.children.len()),
+            text: e.text.clone(),
+            file: e.file.clone(),
+            line: e.line,
+            column: e.column,
+            used: e.used.clone(),
+        };
+        Element::build(self, own, |e| e.children.iter().collect())
+    }
+}
+
+impl Drop for Element {
+    fn drop(&mut self) {
+        let mut todo = std::mem::take(&mut self.children);
+        while let Some(mut e) = todo.pop() {
+            todo.append(&mut e.children);
         }
     }
 }
@@ -294,14 +380,15 @@ pub(crate) enum Declarations {
 
 /// Returns the outermost element of a text.
 pub(crate) fn parse(text: &str, file: &str) -> Result<Element, FormatError> {
-    parse_with(text, file, Declarations::Refused)
+    parse_with(text, file, Declarations::Refused, DEPTH)
 }
 
-/// Returns the outermost element of a text that may declare its document type.
+/// Returns the outermost element of a text that may be nested to some depth and may declare its document type.
 pub(crate) fn parse_with(
     text: &str,
     file: &str,
     declarations: Declarations,
+    limit: usize,
 ) -> Result<Element, FormatError> {
     let one = |line, column, kind| FormatError {
         faults: vec![FileFault { place: FilePlace { file: file.into(), line, column }, kind }],
@@ -330,9 +417,9 @@ pub(crate) fn parse_with(
         let (row, column) = lines.at(offset_of(shown, p));
         one(row, column, FaultKind::Xml { reason })
     })?;
-    if let Some(offset) = too_deep(&doc) {
+    if let Some(offset) = too_deep(&doc, limit) {
         let (line, column) = lines.at(offset);
-        return Err(one(line, column, FaultKind::TooDeep { limit: DEPTH }));
+        return Err(one(line, column, FaultKind::TooDeep { limit }));
     }
     let root = convert(doc.root_element(), &Rc::from(file), &lines);
     root.used.set(true);
@@ -382,12 +469,12 @@ fn too_crowded(text: &str) -> Option<usize> {
     None
 }
 
-/// Returns the first node that is nested too deeply. Neither the parser nor this function recurses.
-fn too_deep(doc: &roxmltree::Document<'_>) -> Option<usize> {
+/// Returns the first node that is nested too deeply. The parser does not recurse either.
+fn too_deep(doc: &roxmltree::Document<'_>, limit: usize) -> Option<usize> {
     let mut depths: Vec<usize> = Vec::new();
     for node in doc.descendants() {
         let depth = node.parent().map_or(0, |p| depths[p.id().get_usize()] + 1);
-        if depth > DEPTH {
+        if depth > limit {
             return Some(node.range().start);
         }
         depths.push(depth);
@@ -396,7 +483,15 @@ fn too_deep(doc: &roxmltree::Document<'_>) -> Option<usize> {
     None
 }
 
-fn convert(node: roxmltree::Node<'_, '_>, file: &Rc<str>, lines: &Lines<'_>) -> Element {
+fn convert<'a>(root: roxmltree::Node<'a, 'a>, file: &Rc<str>, lines: &Lines<'_>) -> Element {
+    let inside = |node: &roxmltree::Node<'a, 'a>| -> Vec<roxmltree::Node<'a, 'a>> {
+        node.children().filter(roxmltree::Node::is_element).collect()
+    };
+    Element::build(root, |node| alone(*node, file, lines), inside)
+}
+
+/// Returns an element without its children.
+fn alone(node: roxmltree::Node<'_, '_>, file: &Rc<str>, lines: &Lines<'_>) -> Element {
     let (line, column) = lines.at(node.range().start);
     let prefixed = |namespace: Option<&str>, name: &str| {
         let prefix = namespace.and_then(|uri| node.lookup_prefix(uri)).unwrap_or_default();
@@ -414,9 +509,7 @@ fn convert(node: roxmltree::Node<'_, '_>, file: &Rc<str>, lines: &Lines<'_>) -> 
     Element {
         name: prefixed(node.tag_name().namespace(), node.tag_name().name()),
         attributes: attributes.collect(),
-        children: (node.children().filter(|c| c.is_element()))
-            .map(|c| convert(c, file, lines))
-            .collect(),
+        children: Vec::new(),
         text: text.trim().to_owned(),
         file: file.clone(),
         line,

@@ -322,6 +322,74 @@ fn a_chain_of_hundreds_of_bodies_is_read() {
     assert_eq!(d.builder.build().unwrap().nv(), n);
 }
 
+/// Sensors and actuators without a model are listed by name, with a remedy where another model has the reading.
+#[test]
+fn other_sensors_and_adhesion_are_listed_by_name() {
+    let text = format!(
+        "{HEAD}<body name=\"b\"><joint/><geom size=\"1\"/><site name=\"s\"/></body></worldbody>{}</mujoco>",
+        r#"<sensor><touch name="pad" site="s"/><rangefinder name="ray" site="s"/><subtreecom name="com" body="b"/></sensor>
+<actuator><adhesion name="glue" body="b" ctrlrange="0 1"/></actuator>"#
+    );
+    let d = read_mjcf(&text, &ReadOptions::default()).unwrap();
+    let listed: Vec<String> = d.ignored.iter().map(ToString::to_string).collect();
+    assert_eq!(listed.len(), 4, "{listed:#?}");
+    for (name, line, remedy) in [
+        ("touch[pad]", 2, "`sensors.contact_switch`"),
+        ("rangefinder[ray]", 2, "`sensors.radar`"),
+        ("subtreecom[com]", 2, "`sensors.mass_properties`"),
+        ("adhesion[glue]", 3, "no model pulls a body"),
+    ] {
+        let here = |l: &&String| l.contains(name) && l.contains(remedy);
+        assert!(listed.iter().any(|l| here(&l)), "{name}: {listed:#?}");
+        assert!(d.ignored.iter().any(|i| i.path.contains(name) && i.line == line), "{name}");
+    }
+}
+
+/// Readers of deep files run in threads with small stacks, in builds of every optimization.
+#[test]
+fn the_stack_does_not_limit_the_depth_of_a_file() {
+    let nested = |n: usize, open: &str, inside: &str, close: &str| {
+        format!("{HEAD}{}{inside}{}{TAIL}", open.repeat(n), close.repeat(n))
+    };
+    let body = "<body><joint/><geom size=\"0.1\"/>";
+    let ball = format!("{body}</body>");
+    let chain = "<replicate count=\"2\">".to_owned()
+        + &body.repeat(900)
+        + &"</body>".repeat(900)
+        + "</replicate>";
+    let cases = [
+        (nested(900, body, "", "</body>"), 900),
+        (nested(900, "<frame>", &ball, "</frame>"), 1),
+        (
+            nested(900, body, "<replicate count=\"3\"><geom size=\"0.1\"/></replicate>", "</body>"),
+            900,
+        ),
+        (format!("{HEAD}{chain}{TAIL}"), 1800),
+        (
+            format!(
+                "<mujoco>{}{}<worldbody>{ball}{TAIL}",
+                (0..900).map(|k| format!("<default class=\"c{k}\">")).collect::<String>(),
+                "</default>".repeat(900)
+            ),
+            1,
+        ),
+        (nested(900, "<unknown>", "", "</unknown>"), 0),
+    ];
+    let read = move || {
+        for (text, n) in cases {
+            let d = read_mjcf(&text, &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+            assert_eq!(d.builder.bodies().len(), n);
+        }
+        let error = read_mjcf(&nested(1001, body, "", "</body>"), &ReadOptions::default());
+        assert!(matches!(
+            error.unwrap_err().faults[0].kind,
+            linkwork_formats::FaultKind::TooDeep { limit: 1000 }
+        ));
+    };
+    let small = std::thread::Builder::new().stack_size(256 * 1024).spawn(read);
+    small.unwrap().join().unwrap();
+}
+
 #[test]
 fn the_total_mass_may_be_set() {
     let text = r#"<mujoco><compiler settotalmass="6"/><worldbody>

@@ -193,6 +193,34 @@ pub struct Spring {
 impl Spring {
     /// No spring.
     pub const NONE: Self = Self { stiffness: 0.0, rest: 0.0 };
+
+    /// Returns the force at the coordinate `q`, N m or N: −k (q − rest).
+    #[must_use]
+    #[inline]
+    pub fn force(&self, q: f64) -> f64 {
+        -self.stiffness * (q - self.rest)
+    }
+
+    /// Returns the elastic energy at the coordinate `q`, J: ½ k (q − rest)².
+    #[must_use]
+    #[inline]
+    pub fn energy(&self, q: f64) -> f64 {
+        0.5 * self.stiffness * (q - self.rest) * (q - self.rest)
+    }
+
+    /// Returns the torque at the rotation of a ball, N m, body axes: −k θ about the axis of the rotation θ.
+    #[must_use]
+    #[inline]
+    pub fn torque(&self, rotation: &Quat) -> Vec3 {
+        rotation.scaled_axis() * -self.stiffness
+    }
+
+    /// Returns the elastic energy at the rotation of a ball, J: ½ k θ².
+    #[must_use]
+    #[inline]
+    pub fn energy_of_ball(&self, rotation: &Quat) -> f64 {
+        0.5 * self.stiffness * rotation.scaled_axis().norm_squared()
+    }
 }
 
 /// One subhinge of a hinge.

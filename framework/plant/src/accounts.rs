@@ -1,8 +1,9 @@
 //! Accounts of the mechanism in the balance of energy.
 //!
 //! ```text
-//! d/dt (T + V) = Σ work of parts + P_hinges + P_field + P_surface + P_given
+//! d/dt (T + V + E) = Σ work of parts + P_hinges + P_field + P_surface + P_given
 //! T          ½ βᵀ M β                V    −m g · c in uniform gravity
+//! E          springs of hinges: ½ k (q − q₀)², of balls ½ k θ²
 //! P_hinges   damping, friction and stops of hinges: τ β
 //! P_field    gravity that depends on place and smooth contact: f · v of all external forces, less the wrenches of parts and P_surface
 //! P_surface  surfaces that move over their bodies, smooth contact: friction times their velocity
@@ -24,6 +25,7 @@ pub(crate) fn of(plan: &MechanismPlan) -> OwnAccounts {
     let known = vec![
         account("kinetic energy", Account::Stored),
         account("potential energy", Account::Stored),
+        account("springs of hinges", Account::Stored),
         account("friction and stops of hinges", Account::Gained),
         account("gravity by place and smooth contact", Account::Gained),
         account("prescribed motions", Account::Gained),
@@ -57,7 +59,7 @@ impl MechanismBlock {
         let height = |g: Vec3| g.dot(&center_of_mass(&self.tree, &self.ws));
         let potential = plan.uniform.map_or(0.0, |g| -self.tree.total_mass() * height(g));
         self.dv.fill(0.0);
-        plan.joints.add(q, v, &mut self.dv);
+        plan.joints.add_losses(q, v, &mut self.dv);
         let hinges: f64 = self.dv.iter().zip(v).map(|(t, v)| t * v).sum();
         let (mut field, mut given) = (f64::NAN, f64::NAN);
         let loads = self.compliant.iter().flat_map(|c| c.loads());
@@ -69,7 +71,8 @@ impl MechanismBlock {
         } else if steps {
             (field, given) = (0.0, 0.0);
         }
-        out.copy_from_slice(&[kinetic, potential, hinges, field, given, surfaces]);
+        let springs = plan.joints.spring_energy(q);
+        out.copy_from_slice(&[kinetic, potential, springs, hinges, field, given, surfaces]);
     }
 
     /// Power of the wrenches that parts exert (W).

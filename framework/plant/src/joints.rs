@@ -16,6 +16,7 @@
 //! semi-implicit Euler it may be a step's motion, h v, more. It comes back no faster than it went in.
 //! With contact the step is explicit in damping and requires h d / m < 2. Prescribed coordinates feel
 //! none of these.
+use crate::idle::limited;
 use crate::spec::MechanismSpec;
 use linkwork_dynamics::{Tree, Workspace, apply_inverse_mass, inverse_mass_diagonal, kinematics};
 use linkwork_multibody::{
@@ -90,6 +91,34 @@ impl JointForces {
     /// Adds the forces at (q, β) to `tau`.
     #[inline]
     pub fn add(&self, q: &[f64], v: &[f64], tau: &mut [f64]) {
+        self.add_damping_friction_stops(q, v, tau);
+        for &(at, i, stiffness, rest) in &self.springs {
+            tau[i] += Spring { stiffness, rest }.force(q[at]);
+        }
+        if self.has_balls() {
+            self.add_ball_springs(q, tau);
+            self.add_ball_stops(q, v, tau);
+        }
+    }
+
+    /// Adds the forces that lose energy, all except springs, at (q, β) to `tau`.
+    pub fn add_losses(&self, q: &[f64], v: &[f64], tau: &mut [f64]) {
+        self.add_damping_friction_stops(q, v, tau);
+        self.add_ball_stops(q, v, tau);
+    }
+
+    /// Returns the elastic energy of the springs at q, J.
+    pub fn spring_energy(&self, q: &[f64]) -> f64 {
+        let one = self.springs.iter();
+        let one = one.map(|&(at, _, stiffness, rest)| Spring { stiffness, rest }.energy(q[at]));
+        let balls = self.ball_springs.iter().map(|&(at, _, stiffness)| {
+            Spring { stiffness, rest: 0.0 }.energy_of_ball(&rotation(q, at))
+        });
+        one.chain(balls).sum()
+    }
+
+    #[inline]
+    fn add_damping_friction_stops(&self, q: &[f64], v: &[f64], tau: &mut [f64]) {
         for &(i, d) in &self.damping {
             tau[i] -= d * v[i];
         }
@@ -104,12 +133,6 @@ impl JointForces {
                 tau[s.v] -= s.law.force(q - s.upper, v);
             }
         }
-        for &(at, i, stiffness, rest) in &self.springs {
-            tau[i] -= stiffness * (q[at] - rest);
-        }
-        if self.has_balls() {
-            self.add_balls(q, v, tau);
-        }
     }
 
     /// Whether forces of balls act, whose derivatives are not known here.
@@ -117,13 +140,14 @@ impl JointForces {
         !(self.ball_springs.is_empty() && self.ball_stops.is_empty())
     }
 
-    fn add_balls(&self, q: &[f64], v: &[f64], tau: &mut [f64]) {
+    fn add_ball_springs(&self, q: &[f64], tau: &mut [f64]) {
         for &(at, i, stiffness) in &self.ball_springs {
-            let r = &q[at..at + 4];
-            let turn = Quat::new_unchecked(nalgebra::Quaternion::new(r[3], r[0], r[1], r[2]));
-            let pull = turn.scaled_axis() * stiffness;
-            (0..3).for_each(|k| tau[i + k] -= pull[k]);
+            let pull = Spring { stiffness, rest: 0.0 }.torque(&rotation(q, at));
+            (0..3).for_each(|k| tau[i + k] += pull[k]);
         }
+    }
+
+    fn add_ball_stops(&self, q: &[f64], v: &[f64], tau: &mut [f64]) {
         for s in &self.ball_stops {
             let w = Vec3::new(v[s.v], v[s.v + 1], v[s.v + 2]);
             let past = s.limits.left(&q[s.q..s.q + 4]).into_iter().flatten();
@@ -159,6 +183,12 @@ impl JointForces {
             each(s.v, -slopes.0, -slopes.1);
         }
     }
+}
+
+/// Returns the rotation of the ball whose quaternion begins at `at`.
+fn rotation(q: &[f64], at: usize) -> Quat {
+    let r = &q[at..at + 4];
+    Quat::new_unchecked(nalgebra::Quaternion::new(r[3], r[0], r[1], r[2]))
 }
 
 impl StopLaw {
@@ -255,7 +285,7 @@ pub(crate) fn lower(spec: &MechanismSpec, tree: &Tree, warnings: &mut Vec<Fault>
             }
         }
         if smooth {
-            at.friction(&mut out, warnings);
+            at.friction(&mut out);
             at.stop(&mut out, warnings);
         } else if spec.contact.as_ref().is_some_and(|c| c.settings.limits == JointLimits::Stop) {
             at.outside(warnings);
@@ -265,15 +295,8 @@ pub(crate) fn lower(spec: &MechanismSpec, tree: &Tree, warnings: &mut Vec<Fault>
     out
 }
 
-fn limited(s: &Subhinge) -> bool {
-    s.limits.lower.is_finite() || s.limits.upper.is_finite() || s.ball != BallLimits::NONE
-}
-
 fn acts(s: &Subhinge) -> bool {
-    s.damping != 0.0
-        || s.spring != Spring::NONE
-        || s.friction != Friction::NONE
-        || (limited(s) && s.stop != Stop::Off)
+    s.damping != 0.0 || s.spring != Spring::NONE || s.friction != Friction::NONE || limited(s)
 }
 
 impl At<'_> {
@@ -283,17 +306,10 @@ impl At<'_> {
         warnings.push(Fault::new(origin, fact).help(help));
     }
 
-    fn friction(&self, out: &mut JointForces, warnings: &mut Vec<Fault>) {
+    fn friction(&self, out: &mut JointForces) {
         let Friction { force, rate } = self.range.subhinge.friction;
         if force > 0.0 && rate > 0.0 {
             out.friction.push((self.range.v.start, force, 1.0 / rate));
-        } else if force > 0.0 {
-            self.warn(
-                warnings,
-                &format!("its dry friction of {force} does not act without `contact`"),
-                "write `friction: (force: .., rate: ..)` for a smooth form, use `contact`, or take \
-                 the friction out",
-            );
         }
     }
 
@@ -336,10 +352,15 @@ impl At<'_> {
     /// A start outside the limits, from which a stop or contact throws or pushes it back.
     fn outside(&self, warnings: &mut Vec<Fault>) {
         let s = &self.range.subhinge;
-        if !limited(s) || s.stop == Stop::Off {
+        if !limited(s) {
             return;
         }
-        let help = "begin within the limits, or write `stop: false` if it may pass them";
+        let help = match self.spec.contact {
+            Some(_) => {
+                "begin within the limits, or write `limits: false` in `contact` if it may pass them"
+            }
+            None => "begin within the limits, or write `stop: false` if it may pass them",
+        };
         let q = self.range.q.start;
         if s.kind == SubhingeKind::Ball {
             let begins = self.spec.q.get(q..q + 4).map(|q| s.ball.left(q));

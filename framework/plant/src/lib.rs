@@ -27,6 +27,7 @@ mod forward_jacobian;
 mod frame;
 mod gaps;
 mod host;
+mod idle;
 mod jacobian;
 mod joints;
 mod loads;

@@ -4,7 +4,7 @@ use crate::touch::Pair;
 use linkwork_collision::Colliders;
 use linkwork_dynamics::{Tree, Workspace};
 use linkwork_multibody::{LoopMotion, Multibody};
-use linkwork_runtime::{BodyStart, Origin, Scenery, Terrain};
+use linkwork_runtime::{BodyStart, Origin, Scenery, Setting, Terrain};
 use linkwork_solvers::{
     CompliantLaws, ConstrainedSolver, ConstraintMethod, ContactSettings, FixedValues, Rolling,
     StartError, Vehicle, close_start,
@@ -60,6 +60,8 @@ pub struct MechanismSpec {
     pub bodies: Arc<BTreeMap<String, Origin>>,
     /// Visible shapes, for cameras and lidars.
     pub scenery: Scenery,
+    /// Other settings of the file that may be without effect.
+    pub settings: Vec<Setting>,
     /// The step, s, from which the stiffness of usual stops follows; `None`: not known, and they do not act.
     pub step: Option<f64>,
 }
@@ -96,6 +98,7 @@ impl MechanismSpec {
             origins: BTreeMap::new(),
             bodies: Arc::default(),
             scenery: Scenery::default(),
+            settings: Vec::new(),
             step: None,
         }
     }

@@ -42,6 +42,7 @@ pub use author::ports::{
 pub use author::provider::Service;
 pub use author::scenery::{PLAIN, Scenery, Sight};
 pub use author::services::{Handle, Provided, ServiceKind, ServiceObject, Services};
+pub use author::setting::Setting;
 pub use author::shown::SharedField;
 pub use author::site::{Axes, Site};
 pub use author::sized::{SizedModel, SizedPorts};

@@ -36,6 +36,7 @@
 #![allow(non_snake_case)]
 
 pub mod atmosphere;
+mod daf;
 pub mod eclipse;
 pub mod ephemeris;
 pub mod error;

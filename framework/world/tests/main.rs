@@ -14,6 +14,7 @@ mod magnetic;
 mod messages;
 mod nesc;
 mod orbit;
+mod orientation_kernels;
 mod planet;
 mod polyhedron;
 mod support;

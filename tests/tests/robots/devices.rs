@@ -107,6 +107,75 @@ fn an_arm_with_actuators_and_tendons_moves_as_in_mujoco() {
     }
 }
 
+const FRAMES: &str = r#"<mujoco><compiler angle="radian"/>
+<worldbody><body name="upper" pos="0 0 1"><joint name="yaw" axis="0.2 0.1 1" damping="0.05"/><geom type="capsule" size="0.03" fromto="0 0 0 0.4 0 0.1" density="900" contype="0" conaffinity="0"/>
+<body name="lower" pos="0.4 0 0.1" euler="0.3 0 0.2"><joint name="pitch" axis="0 1 0"/><geom type="box" size="0.15 0.02 0.03" pos="0.15 0 0" mass="0.5" contype="0" conaffinity="0"/><site name="tip" pos="0.3 0.01 0" euler="0.2 0 0.1"/></body></body></worldbody>
+<sensor><frameangvel name="w" objtype="site" objname="tip"/><framexaxis name="x" objtype="site" objname="tip"/><frameyaxis name="y" objtype="xbody" objname="lower"/><framezaxis name="z" objtype="site" objname="tip"/><framelinacc name="a" objtype="site" objname="tip"/><frameangacc name="e" objtype="xbody" objname="lower"/></sensor></mujoco>"#;
+
+/// MuJoCo's readings of frames in world axes at 0.5 s and 1 s: angular velocity, axes, and the accelerations, of which the linear one has gravity in it.
+#[test]
+fn frames_read_in_world_axes_as_in_mujoco() {
+    let mut sim = arm(FRAMES, "").unwrap_or_else(|e| panic!("{e}"));
+    let want: [[f64; 18]; 2] = [
+        [
+            -7.745283731252e-01,
+            1.720052575638e+00,
+            2.519954903180e+00,
+            -8.736588182208e-01,
+            -4.851005263598e-01,
+            -3.738647710819e-02,
+            -5.441800286603e-01,
+            7.492743386927e-01,
+            3.774335196877e-01,
+            -6.068151690094e-02,
+            1.848828956598e-01,
+            -9.808853492631e-01,
+            -7.858047361869e-01,
+            5.152717036268e+00,
+            -3.091934589060e+00,
+            2.207517461060e+01,
+            -3.739700921201e+01,
+            -2.016072456255e+01,
+        ],
+        [
+            3.243587563347e+00,
+            -1.610465327590e+00,
+            -1.462275450115e+00,
+            3.295654783746e-01,
+            9.420207756172e-01,
+            -6.311460820841e-02,
+            -7.874906309280e-01,
+            4.101885199908e-01,
+            4.600042220114e-01,
+            6.165792854114e-01,
+            -1.641208292582e-01,
+            7.699963235011e-01,
+            -5.702279083660e+00,
+            -4.879813683154e+00,
+            -2.532931280987e+00,
+            -3.787719404813e+01,
+            2.037104226905e+01,
+            1.661122289585e+01,
+        ],
+    ];
+    let names = [
+        "w.angular_velocity",
+        "x.x_axis",
+        "y.y_axis",
+        "z.z_axis",
+        "a.world_force",
+        "e.angular_acceleration",
+    ];
+    for (k, want) in want.iter().enumerate() {
+        sim.run_until(Seconds { num: k as u64 + 1, den: 2 }).unwrap();
+        let lanes = names.iter().flat_map(|n| ["x", "y", "z"].map(|c| format!("{n}.{c}")));
+        for (name, y) in lanes.zip(want) {
+            let x = sim.get(&name).unwrap_or_else(|e| panic!("{name}: {e}"));
+            assert!((x - y).abs() < 1e-7 * y.abs().max(1.0), "{name} at {k}: {x} {y}");
+        }
+    }
+}
+
 const ROPES: &str = r#"<mujoco>
 <worldbody><site name="wall" pos="0.5 0.1 1.4"/>
  <body name="upper" pos="0 0 1"><joint name="a" axis="0 1 0" damping="0.1"/><geom type="capsule" size="0.03" fromto="0 0 0 0.4 0 0" density="900" contype="0" conaffinity="0"/><site name="via" pos="0.3 0.02 0.05"/>

@@ -210,6 +210,49 @@ fn a_pendulum_loses_what_its_hinge_takes() {
     }
 }
 
+/// A damped pendulum with a spring comes to rest where weight and spring balance: the energies of height and spring, and the loss, are known there.
+#[test]
+fn a_pendulum_names_the_energy_of_its_spring() {
+    let (stiffness, rest, start) = (8.0, 0.4, 1.5);
+    let weight = 2.0 * 9.81;
+    // The root of m g l sin q + k (q − rest) by bisection.
+    let (mut low, mut high) = (0.0_f64, rest);
+    for _ in 0..60 {
+        let q = 0.5 * (low + high);
+        let ends =
+            if weight * q.sin() + stiffness * (q - rest) > 0.0 { &mut high } else { &mut low };
+        *ends = q;
+    }
+    let potential = weight * (low.cos() - f64::cos(start));
+    let elastic = |q: f64| 0.5 * stiffness * (q - rest) * (q - rest);
+    let released = elastic(start) - elastic(low);
+    let text = |hinge: &str, part: &str| {
+        format!(
+            r#"Simulation(
+                bodies: {{ "arm": (parent: "world", hinge: Pin([0, 1, 0]), {hinge} mass: 2, com: [0, 0, -1], inertia: [0.1, 0.1, 0.1], initial: (angle: {start})) }},
+                parts: {{ "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -9.81] }}), {part} }},
+                step: "1 ms", integrator: "rk4", until: "120 s",
+            )"#
+        )
+    };
+    let hinge = format!("spring: (stiffness: {stiffness}, rest: {rest}), damping: 0.5,");
+    let all = of(&text(&hinge, ""));
+    let energy = &all["energy"];
+    near(term(energy, "Mechanism", "potential energy"), potential, 1e-4);
+    near(term(energy, "Mechanism", "springs of hinges"), released, 1e-4);
+    near(term(energy, "Mechanism", "friction and stops of hinges"), -potential - released, 1e-3);
+    near(energy.residual, 0.0, 1e-4);
+    let part = format!(
+        r#""Spring": (model: "actuators.spring_damper", bind: {{ "shaft": "hinge:arm" }}, params: {{ "stiffness": {stiffness}, "rest": {rest}, "damping": 0.5 }}),"#
+    );
+    let all = of(&text("", &part));
+    let energy = &all["energy"];
+    near(term(energy, "Spring", "stored energy"), released, 1e-4);
+    near(term(energy, "Spring", "loss"), -potential - released, 1e-3);
+    near(term(energy, "Mechanism", "work of parts"), -potential, 1e-3);
+    near(energy.parts["Spring"].residual.unwrap(), 0.0, 1e-3);
+}
+
 #[test]
 fn a_craft_in_the_field_of_a_planet_gains_what_gravity_does() {
     let all = of(r#"Simulation(

@@ -18,6 +18,7 @@ mod rank;
 mod sampled;
 mod sharing;
 mod splits;
+mod springs;
 mod tidy;
 mod warnings;
 mod wires;

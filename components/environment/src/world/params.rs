@@ -6,7 +6,7 @@ use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
 use linkwork_world::WorldError;
 use linkwork_world::planet::rotation::{
-    Earth, EarthOrientation, EarthParameters, FixedRate, PckConstants,
+    Earth, EarthOrientation, EarthParameters, FixedRate, PckConstants, PckKernel,
 };
 use linkwork_world::planet::{self as world, Ellipsoid, Epoch, Geodetic, Rotation, Spin};
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -89,11 +89,12 @@ pub struct WorldParams {
     /// EOP-All.csv of CelesTrak. It replaces `dut1` and `pole`.
     #[param(default = None)]
     pub orientation: Option<String>,
-    /// Text kernel of planetary constants (.tpc, such as pck00011.tpc of NAIF): pole and prime meridian of the body `naif` with `turns: iau`,
-    /// and its radii as defaults.
+    /// Kernel of planetary constants. A text kernel (.tpc, such as pck00011.tpc of NAIF) has pole and prime meridian of the body `naif` with `turns: iau`,
+    /// and its radii as defaults. A binary kernel (.bpc, such as moon_pa_de440_200625.bpc) has the rotation by Chebyshev polynomials.
     #[param(default = None)]
     pub constants: Option<String>,
-    /// NAIF ID of the body in `constants`, such as 499 for Mars, 2000001 for Ceres.
+    /// NAIF ID of the body in `constants`, such as 499 for Mars, 2000001 for Ceres; in a binary kernel the number of the axes, such as 31008 for the
+    /// Moon's principal axes of DE440.
     #[param(default = None)]
     pub naif: Option<u32>,
     /// Equatorial radius for heights; default: value of the body (WGS 84, IAU).
@@ -185,14 +186,18 @@ impl WorldParams {
         Earth::by_day(epoch, &table, self.span).map(Some).map_err(|e| told(&e))
     }
 
-    /// Returns the constants of `constants`, and the NAIF ID of the body.
-    fn constants(&self, files: &Files) -> Result<Option<(PckConstants, u32)>, BuildError> {
+    /// Returns the kernel in `constants`, and the NAIF ID of the body.
+    fn constants(&self, files: &Files) -> Result<Option<(Constants, u32)>, BuildError> {
         match (&self.constants, self.naif) {
             (None, None) => Ok(None),
             (Some(file), Some(body)) => {
+                if let Some(bytes) = binary(file, files)? {
+                    let kernel = PckKernel::parse(file, &bytes).map_err(|e| told(&e))?;
+                    return Ok(Some((Constants::Binary(kernel), body)));
+                }
                 let text = files.text(file)?;
                 let pck = PckConstants::read(file, &text).map_err(|e| told(&e))?;
-                Ok(Some((pck, body)))
+                Ok(Some((Constants::Text(pck), body)))
             }
             _ => {
                 let fact = "`constants` and `naif` must be written together";
@@ -203,6 +208,14 @@ impl WorldParams {
     }
 
     pub(crate) fn rotation(&self, files: &Files) -> Result<Rotation, BuildError> {
+        self.rotation_with(self.constants(files)?, files)
+    }
+
+    fn rotation_with(
+        &self,
+        constants: Option<(Constants, u32)>,
+        files: &Files,
+    ) -> Result<Rotation, BuildError> {
         let turns = self.turning();
         if self.orientation.is_some() && (turns, self.body) != (Turning::Iau, Centre::Earth) {
             let fact = "`orientation` requires the Earth with `turns: iau`";
@@ -221,15 +234,21 @@ impl WorldParams {
             let help = "write `turns: iau` to compute it from the epoch, or the `angle` from x of W to the prime meridian";
             return Err(BuildError::new(fact).help(help));
         }
-        if let Some((pck, body)) = self.constants(files)? {
+        if let Some((constants, body)) = constants {
             if (turns, self.body == Centre::Earth) != (Turning::Iau, false) {
                 let fact = "`constants` is written, but the rotation of the body does not use it";
                 let help = "write `turns: iau` and a body other than earth, or remove `constants`";
                 return Err(BuildError::new(fact).help(help));
             }
             let epoch = self.epoch("`constants`")?;
-            let made = pck.rotation(body, epoch.tdb_days());
-            return made.map(Rotation::Iau).map_err(|e| told(&e));
+            let days = epoch.tdb_days();
+            let made = match constants {
+                Constants::Text(pck) => pck.rotation(body, days).map(Rotation::Iau),
+                Constants::Binary(kernel) => {
+                    kernel.rotation(body.cast_signed(), days).map(Rotation::Kernel)
+                }
+            };
+            return made.map_err(|e| told(&e));
         }
         let made = match (turns, self.body) {
             (Turning::Still, _) => fixed(0.0),
@@ -272,8 +291,9 @@ impl WorldParams {
             )
             .help("remove `rate`, or write `turns: fixed`"));
         }
-        let own = match self.constants(files)? {
-            Some((pck, body)) => match pck.radii(body) {
+        let constants = self.constants(files)?;
+        let own = match &constants {
+            Some((Constants::Text(pck), body)) => match pck.radii(*body) {
                 // Heights use the mean of the two equatorial radii.
                 Some([x, y, z]) if 2.0 * z <= x + y => {
                     let equator = 0.5 * (x + y);
@@ -281,7 +301,7 @@ impl WorldParams {
                 }
                 _ => self.body.ellipsoid(),
             },
-            None => self.body.ellipsoid(),
+            _ => self.body.ellipsoid(),
         };
         let Some(radius) = self.radius.or(own.map(|o| o.equatorial_radius())) else {
             let fact = "`body: other` has no `radius`";
@@ -290,7 +310,7 @@ impl WorldParams {
         };
         let flattening = self.flattening.or(own.map(|o| o.flattening())).unwrap_or(0.0);
         let ellipsoid = Ellipsoid::new(radius, flattening).map_err(|e| told(&e))?;
-        let rotation = self.rotation(files)?;
+        let rotation = self.rotation_with(constants, files)?;
         let place = self.site.map(|s| site(&s, &ellipsoid, &rotation)).transpose()?;
         let turning = self.site.is_none_or(|s| s.turning);
         let epoch = self.epoch.clone();
@@ -299,6 +319,24 @@ impl WorldParams {
         }
         Ok(Planet { ellipsoid, rotation, site: place, turning, epoch })
     }
+}
+
+/// Kernel of planetary constants.
+enum Constants {
+    /// Pole, prime meridian and radii.
+    Text(PckConstants),
+    /// Euler angles.
+    Binary(PckKernel),
+}
+
+/// Returns the bytes of a file that is a binary kernel.
+fn binary(file: &str, files: &Files) -> Result<Option<Vec<u8>>, BuildError> {
+    let Some(path) = files.resolve(file).ok().filter(|path| path.is_file()) else {
+        return Ok(None);
+    };
+    let bytes = std::fs::read(path)
+        .map_err(|e| BuildError::new(format!("the file `{file}` cannot be read: {e}")))?;
+    Ok(PckKernel::is_binary(&bytes).then_some(bytes))
 }
 
 /// Returns the site of W on a planet that continues to rotate as at t = 0.
@@ -360,6 +398,24 @@ pub struct Planet {
 }
 
 impl Planet {
+    /// Returns an error if the rotation is not known at t (s). At a site only its start counts.
+    pub(crate) fn failure(&self, t: f64) -> Option<BuildError> {
+        let Rotation::Kernel(kernel) = &self.rotation else { return None };
+        let [first, last] = kernel.range();
+        if self.site.is_some() || (first..=last).contains(&t) {
+            return None;
+        }
+        let fact = format!(
+            "the kernel `{}` has the rotation of the body from t = {first:.0} s to {last:.0} s, but not at {t} s",
+            kernel.file()
+        );
+        let help = format!(
+            "end the run before t = {:.0} s, or write a kernel in `constants` that covers this date",
+            last.floor()
+        );
+        Some(BuildError::new(fact).help(help))
+    }
+
     /// What W is.
     pub fn axes(&self) -> Axes {
         match (self.site, self.turning) {

@@ -223,7 +223,8 @@ impl World for PlanetWorld {
         self.started(start)
     }
     fn failure(&self, t: f64) -> Option<BuildError> {
-        self.shadows().iter().find_map(|(course, _)| course.failure(t))
+        let shadows = || self.shadows().iter().find_map(|(course, _)| course.failure(t));
+        self.planet.failure(t).or_else(shadows)
     }
     fn as_any(&self) -> &dyn std::any::Any {
         self

@@ -139,6 +139,35 @@ fn the_earth_turns_by_a_table() {
     std::fs::remove_dir_all(folder).unwrap();
 }
 
+/// A world with a binary kernel, which covers 18 days from 2019-03-02 12:00 TDB.
+#[test]
+fn a_body_turns_by_a_binary_kernel() {
+    let data = concat!(env!("CARGO_MANIFEST_DIR"), "/../../framework/world/tests/data/pck");
+    let files = Files::of(vec![data.into()]);
+    let p = |epoch: &str, naif| WorldParams {
+        turns: Some(Turning::Iau),
+        epoch: Some(epoch.into()),
+        constants: Some("rotations.bpc".into()),
+        naif: Some(naif),
+        ..WorldParams::of(Centre::Moon)
+    };
+    let world = PlanetWorld::build(p("2019-03-03 00:00:00 TDB", 31001), &files).unwrap();
+    // The rate of the angle about the pole is 2.66e-6 rad/s, with small periodic terms.
+    assert!((world.planet.rotation.at(0.0).omega_P().z - 2.66e-6).abs() < 3e-8);
+    let day = 86_400.0;
+    assert!(world.failure(17.4 * day).is_none() && world.failure(-0.4 * day).is_none());
+    let error = world.failure(17.6 * day).unwrap();
+    assert!(error.message.contains("`rotations.bpc` has the rotation"), "{}", error.message);
+    assert!(world.planet_rate(17.6 * day).x.is_nan());
+    for (epoch, naif, part) in [
+        ("2019-04-03 00:00:00 TDB", 31001, "but not at 2019-04-02T23"),
+        ("2019-03-03 00:00:00 TDB", 499, "has no rotation of body 499"),
+    ] {
+        let message = p(epoch, naif).planet(&files).err().unwrap().message;
+        assert!(message.contains(part), "{part}: {message}");
+    }
+}
+
 #[test]
 fn mistakes_have_fact_and_remedy() {
     let iau = WorldParams { turns: Some(Turning::Iau), ..WorldParams::of(Centre::Earth) };

@@ -34,8 +34,8 @@ use linkwork_collision::{Colliders, VisualShape};
 use linkwork_formats::{mesh_corners, whole_text};
 use linkwork_plant::{MechanismSpec, SpecExt};
 use linkwork_runtime::{
-    Catalogue, Fault, Faults, Integrator, Located, Origin, PhaseSpec, Program, Sources, Spec,
-    Value, WatchSpec,
+    Catalogue, Fault, Faults, Integrator, Located, Origin, PhaseSpec, Program, Setting, Sources,
+    Spec, Value, WatchSpec,
 };
 use linkwork_solvers::FixedValues;
 use std::collections::BTreeMap;
@@ -531,6 +531,18 @@ fn replaced(simulation: &Settings, origin: Origin) -> Option<Fault> {
     Some(Fault::new(origin, fact).help(help))
 }
 
+/// Returns the setting `contact` of a simulation whose machines move by kinematics, which does not act.
+fn rolled(origin: Origin) -> Setting {
+    let reason = "`place` moves the machines without inertia: only their wheels meet the ground";
+    let remedy = "remove `contact`, or write `motion: \"dynamics\"` in `place`";
+    Setting {
+        owner: "simulation".into(),
+        name: "contact",
+        origin,
+        idle: Some((reason.into(), remedy.into())),
+    }
+}
+
 /// A value from the command line: RON, or otherwise the text itself (`0.7 ohm`, `rk4`).
 fn plain_value(text: &str, origin: Origin) -> Located {
     fn at(v: Located, origin: Origin) -> Located {
@@ -636,7 +648,10 @@ fn assemble(
         host: mechanism.spec.map(|mut m| {
             if kinematic.is_some() {
                 // Machines without contact follow their rolling wheels.
-                (m.contact, m.compliant) = (None, None);
+                let any = m.contact.take().is_some() | m.compliant.take().is_some();
+                // A library's rover may have contact for simulations by forces.
+                let written = root.contact.as_ref().filter(|_| any);
+                m.settings = written.map(|contact| rolled(contact.origin)).into_iter().collect();
             }
             m.kinematic = kinematic;
             m.step = Some(simulation.step.seconds());

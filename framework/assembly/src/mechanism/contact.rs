@@ -16,7 +16,7 @@ use linkwork_collision::{
     ColliderFault, ColliderSpec, Colliders, Material, PairLaw, Resistance, Rules, TERRAIN,
 };
 use linkwork_multibody::{BodySpec, Multibody, Subhinge};
-use linkwork_runtime::{Located, Origin, Value, remedy};
+use linkwork_runtime::{Located, Origin, Setting, Value, remedy};
 use linkwork_solvers::{CompliantLaws, ContactSettings};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -45,6 +45,8 @@ pub(crate) struct Contact {
     pub ground_friction: Option<f64>,
     /// The fields, with references from the top level.
     pub resolved: Option<Located>,
+    /// Settings of one kind of contact, which do not act if the contact is of the other kind.
+    pub written: Vec<Setting>,
 }
 
 /// Returns the instances with `contact`, the outermost first; equal depths are in path order.
@@ -125,13 +127,68 @@ pub(crate) fn read(
             of_laws: form.pairs.iter().map(|p| p.over(usual)).collect(),
             touching_max: form.touching_max,
         }),
-        terrain: form.terrain.map(|t| t.text),
+        terrain: form.terrain.as_ref().map(|t| t.text.clone()),
         ground_friction: v.get("friction").map(|_| form.friction),
         resolved: None,
+        written: of_impulses(v, &form, colliders),
     };
     out.resolved = Some(resolved(v, &out));
     // In the resolved text, assemblies keep their own pairs.
     out.rules.ignore.extend(own);
+    out
+}
+
+/// Fields of `contact` that compliant contact does not use.
+const OF_IMPULSES: [&str; 13] = [
+    "margin",
+    "slop",
+    "correction",
+    "push_max",
+    "bounce_min",
+    "restitution",
+    "limits",
+    "method",
+    "tolerance",
+    "sweeps",
+    "steps",
+    "relaxation",
+    "directions",
+];
+
+/// Returns the settings in `contact`, its `pairs` and colliders that only contact by impulses uses.
+fn of_impulses(v: &Located, form: &ContactForm, colliders: &[Collider]) -> Vec<Setting> {
+    let idle = form.compliant.map(|_| {
+        let remedy = "remove them, or remove `compliant` for contact by impulses; compliant contact loses energy by `damping`";
+        ("compliant contact does not use them".to_string(), remedy.to_string())
+    });
+    let setting = |owner: String, name: &'static str, origin: Origin| Setting {
+        owner,
+        name,
+        origin,
+        idle: idle.clone(),
+    };
+    // All fields of `contact` have one origin, so that they are one warning.
+    let written = OF_IMPULSES.iter().filter(|name| v.get(name).is_some());
+    let mut out: Vec<Setting> =
+        written.map(|name| setting("`contact`".into(), name, v.origin)).collect();
+    for pair in form.pairs.iter().filter(|p| p.restitution.is_some()) {
+        let (Some(a), Some(b)) = (&pair.a, &pair.b) else { continue };
+        let owner = format!("`contact`: pair of `{}` and `{}`", a.text, b.text);
+        out.push(setting(owner, "restitution", a.origin));
+    }
+    // Colliders of an imported file have the place of its import.
+    let mut bouncing: BTreeMap<Origin, Vec<&str>> = BTreeMap::new();
+    for c in colliders.iter().filter(|c| c.restitution.is_some()) {
+        bouncing.entry(c.origin).or_default().push(&c.spec.name);
+    }
+    for (origin, names) in bouncing {
+        let owner = match &names[..] {
+            [one] => format!("collider `{one}`"),
+            [first, more @ ..] => format!("collider `{first}` and {} more", more.len()),
+            [] => continue,
+        };
+        out.push(setting(owner, "restitution", origin));
+    }
     out
 }
 

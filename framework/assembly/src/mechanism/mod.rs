@@ -156,6 +156,7 @@ pub(crate) fn mechanism(
             reactions: named(&|b| b.reaction),
             held: named(&|b| b.held),
             pair_forces: contact.pair_forces,
+            settings: contact.written,
             kept,
             starts: starts(cx, &bodies),
             scenery: Scenery::of(shapes.iter().chain(&grounds).map(sight).collect()),

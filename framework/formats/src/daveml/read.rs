@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 /// Every mistake with its position: not XML, another root, missing or unknown variables, breakpoints and tables, tables of another size than their
 /// breakpoints, invalid formulas, circular definitions.
 pub fn read_dave(text: &str, file: &str) -> Result<DaveModel, FormatError> {
-    let root = xml::parse_with(text, file, xml::Declarations::Allowed)?;
+    let root = xml::parse_with(text, file, xml::Declarations::Allowed, xml::DEPTH)?;
     let mut reader = Reader { faults: Vec::new(), variables: Vec::new(), ids: BTreeMap::new() };
     match reader.whole(&root) {
         Some(model) if reader.faults.is_empty() => Ok(model),

@@ -17,7 +17,7 @@ mod mask;
 mod place;
 
 use super::{Heights, HeightsError, HeightsOptions, bounded, datum, marks, text, units};
-use crate::xml::{Declarations, parse_with};
+use crate::xml::parse;
 use std::io::{Read, Seek};
 use tiff::ColorType;
 use tiff::decoder::{ChunkType, Decoder, DecodingResult, Limits};
@@ -406,11 +406,7 @@ fn metadata<R: Read + Seek>(decoder: &mut Decoder<R>) -> Result<[f64; 3], Height
     let mut out = [1.0, 0.0, f64::NAN];
     let Some(value) = decoder.find_tag(GDAL_METADATA)? else { return Ok(out) };
     let words = value.into_string()?;
-    let root = parse_with(
-        &text(words.as_bytes()).replace('\0', ""),
-        "GDAL_METADATA",
-        Declarations::Refused,
-    )?;
+    let root = parse(&text(words.as_bytes()).replace('\0', ""), "GDAL_METADATA")?;
     for item in &root.children {
         let of =
             |name: &str| item.attributes.iter().find(|a| a.name == name).map(|a| a.value.as_str());

@@ -10,7 +10,7 @@
 
 use super::samples::{self, Array, First, Missing, Order, Sample};
 use super::{Heights, HeightsError, HeightsOptions, length, text, units};
-use crate::xml::{Declarations, Element, parse_with};
+use crate::xml::{Element, parse};
 
 /// Types of arrays with heights.
 const ARRAYS: [&str; 4] = ["Array_2D_Image", "Array_2D_Map", "Array_2D", "Array_3D_Image"];
@@ -116,7 +116,7 @@ pub(super) fn labelled(
     options: &HeightsOptions,
     beside: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
 ) -> Result<Heights, HeightsError> {
-    let label = parse_with(&text(bytes), name, Declarations::Refused)?;
+    let label = parse(&text(bytes), name)?;
     let all: Vec<(&Element, &Element)> = label
         .children
         .iter()

@@ -2,7 +2,7 @@
 //!
 //! `<unit meter="..">` applies. `<up_axis>` does not: tools for robots write and read these files in the axes of the link.
 
-use crate::xml::{Declarations, Element, parse_with};
+use crate::xml::{DEPTH, Declarations, Element, parse_with};
 use linkwork_spatial::nalgebra::Matrix4;
 use linkwork_spatial::{Quat, Vec3};
 use std::collections::BTreeMap;
@@ -13,7 +13,8 @@ const CORNERS: usize = 30_000_000;
 /// Returns the corners of the triangles, three for each.
 pub(super) fn read(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
     let text = std::str::from_utf8(bytes).map_err(|_| "it is not a text file".to_string())?;
-    let root = parse_with(text, "the mesh", Declarations::Allowed).map_err(|e| e.to_string())?;
+    let root = parse_with(text, "the mesh", Declarations::Allowed, DEPTH);
+    let root = root.map_err(|e| e.to_string())?;
     if root.name != "COLLADA" {
         return Err(format!("its outermost element is <{}>, not <COLLADA>", root.name));
     }

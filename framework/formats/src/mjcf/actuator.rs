@@ -99,6 +99,12 @@ impl<'e> Mj<'e> {
         for e in root.all("actuator").flat_map(|list| &list.children) {
             count += 1;
             if !ACTUATORS.contains(&e.name.as_str()) {
+                // Other actuators are listed with everything that was not used.
+                if e.name == "adhesion" {
+                    e.touch_all();
+                    let note = "element <adhesion>: no model pulls a body towards what it touches";
+                    cx.ignored.push(e.ignored(format!("mujoco/actuator/{}", e.label()), note));
+                }
                 continue;
             }
             let name = e.attr("name").map_or(format!("{}{count}", e.name), str::to_owned);

@@ -74,29 +74,24 @@ impl<'e> Mj<'e> {
     /// Returns the elements inside a body and its frames.
     fn contents(&self, cx: &mut Cx<'_>, e: &'e Element, class: &'e str) -> Vec<Inside<'e>> {
         let mut out = Vec::new();
-        self.collect(cx, e, Pose::identity(), class, &mut out);
-        out
-    }
-
-    fn collect(
-        &self,
-        cx: &mut Cx<'_>,
-        e: &'e Element,
-        pose: Pose,
-        class: &'e str,
-        out: &mut Vec<Inside<'e>>,
-    ) {
-        for c in &e.children {
+        let mut open = vec![(e.children.iter(), Pose::identity(), class)];
+        while let Some((children, pose, class)) = open.last_mut() {
+            let (pose, class) = (*pose, *class);
+            let Some(c) = children.next() else {
+                open.pop();
+                continue;
+            };
             if c.name == "frame" {
                 c.touch();
                 let own = self.pose(cx, Classed { e: c, class, kind: "frame" }, "a <frame>");
                 c.attr("name");
                 let class = self.class_of(cx, c, "childclass", class);
-                self.collect(cx, c, pose * own, class, out);
+                open.push((c.children.iter(), pose * own, class));
             } else {
                 out.push(Inside { e: c, pose, class });
             }
         }
+        out
     }
 
     fn body(

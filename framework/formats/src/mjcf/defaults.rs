@@ -40,6 +40,13 @@ pub(super) struct Classes<'e> {
     aliases: Vec<&'e str>,
 }
 
+/// Returns the classes inside a class of this name, the last one first.
+fn inner<'e>(e: &'e Element, name: &'e str) -> Vec<(&'e Element, &'e str)> {
+    let mut all: Vec<_> = e.all("default").map(|inner| (inner, name)).collect();
+    all.reverse();
+    all
+}
+
 impl<'e> Classes<'e> {
     /// Reads all `<default>` sections in the order of the file.
     pub fn read(cx: &mut Cx<'_>, root: &'e Element) -> Self {
@@ -48,13 +55,36 @@ impl<'e> Classes<'e> {
         let mut out = Self { all: main, actuators, places: BTreeMap::new(), aliases: Vec::new() };
         for top in root.all("default") {
             out.aliases.extend(top.attr("class"));
-            out.section(cx, top, MAIN);
+            out.section(top, MAIN);
+            let mut todo: Vec<(&'e Element, &'e str)> = inner(top, MAIN);
+            while let Some((e, outer)) = todo.pop() {
+                let Some(own) = out.nested(cx, e, outer) else { continue };
+                out.section(e, own);
+                todo.extend(inner(e, own));
+            }
         }
         out
     }
 
-    /// Adds the attributes of a section to its class, then reads the classes inside.
-    fn section(&mut self, cx: &mut Cx<'_>, e: &'e Element, name: &'e str) {
+    /// Creates a nested class as a copy of the class that contains it, and returns its name.
+    fn nested(&mut self, cx: &mut Cx<'_>, e: &'e Element, outer: &str) -> Option<&'e str> {
+        let own = cx.required(e, "class", "a nested <default>")?;
+        if let Some(first) = self.places.get(own) {
+            let (first, name) = (first.place(), own.to_owned());
+            cx.fault(e.place(), FaultKind::Duplicate { kind: "class", name, first });
+            return None;
+        }
+        self.places.insert(own, e);
+        let copy = self.all[outer].clone();
+        self.all.insert(own, copy);
+        let mut copy = self.actuators.get(outer).cloned().unwrap_or_default();
+        copy.push(Vec::new());
+        self.actuators.insert(own, copy);
+        Some(own)
+    }
+
+    /// Adds the attributes of a section to its class.
+    fn section(&mut self, e: &'e Element, name: &'e str) {
         let values = self.all.entry(name).or_default();
         for kind in e.children.iter().filter(|c| c.name != "default") {
             // Elements whose attributes are not read are listed as a whole.
@@ -79,21 +109,6 @@ impl<'e> Classes<'e> {
                     before.attr(&a.name);
                 }
             }
-        }
-        for inner in e.all("default") {
-            let Some(own) = cx.required(inner, "class", "a nested <default>") else { continue };
-            if let Some(first) = self.places.get(own) {
-                let (first, name) = (first.place(), own.to_owned());
-                cx.fault(inner.place(), FaultKind::Duplicate { kind: "class", name, first });
-                continue;
-            }
-            self.places.insert(own, inner);
-            let copy = self.all[name].clone();
-            self.all.insert(own, copy);
-            let mut copy = self.actuators.get(name).cloned().unwrap_or_default();
-            copy.push(Vec::new());
-            self.actuators.insert(own, copy);
-            self.section(cx, inner, own);
         }
     }
 

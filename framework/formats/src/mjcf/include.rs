@@ -2,39 +2,34 @@
 
 use crate::error::FaultKind;
 use crate::read::Cx;
-use crate::xml::{DEPTH, Element, parse};
+use crate::xml::{CHAIN, Declarations, Element, parse_with};
 use std::path::{Path, PathBuf};
 
 /// Replaces every include. Each file may be included once, as in MuJoCo, which limits the work.
 pub(super) fn expand(cx: &mut Cx<'_>, root: &mut Element) {
     let mut open: Vec<PathBuf> = cx.options.file.clone().into_iter().collect();
     let mut seen: Vec<PathBuf> = open.iter().map(|p| same(p)).collect();
-    inside(cx, root, &mut open, &mut seen, 1);
+    inside(cx, root, &mut open, &mut seen);
+    if let Some((e, _)) = root.walk().find(|(_, depth)| *depth > CHAIN) {
+        cx.fault(e.place(), FaultKind::TooDeep { limit: CHAIN });
+    }
 }
 
-fn inside(
-    cx: &mut Cx<'_>,
-    e: &mut Element,
-    open: &mut Vec<PathBuf>,
-    seen: &mut Vec<PathBuf>,
-    depth: usize,
-) {
-    if depth > DEPTH {
-        cx.fault(e.place(), FaultKind::TooDeep { limit: DEPTH });
-        return;
-    }
-    if e.children.iter().any(|c| c.name == "include") {
-        for mut child in std::mem::take(&mut e.children) {
-            if child.name == "include" {
-                e.children.extend(included(cx, &child, open, seen, depth));
-            } else {
-                inside(cx, &mut child, open, seen, depth + 1);
-                e.children.push(child);
+/// Files that include each other in a row: each is a level of recursion.
+const ROW: usize = 50;
+
+fn inside(cx: &mut Cx<'_>, e: &mut Element, open: &mut Vec<PathBuf>, seen: &mut Vec<PathBuf>) {
+    e.for_each(|e, _| {
+        if !e.children.iter().any(|c| c.name == "include") {
+            return;
+        }
+        for child in std::mem::take(&mut e.children) {
+            match child.name.as_str() {
+                "include" => e.children.append(&mut included(cx, &child, open, seen)),
+                _ => e.children.push(child),
             }
         }
-    } else {
-        e.children.iter_mut().for_each(|c| inside(cx, c, open, seen, depth + 1));
-    }
+    });
 }
 
 /// Returns the elements of an included file, with its own includes replaced.
@@ -43,7 +38,6 @@ fn included(
     e: &Element,
     open: &mut Vec<PathBuf>,
     seen: &mut Vec<PathBuf>,
-    depth: usize,
 ) -> Vec<Element> {
     let Some(name) = cx.required(e, "file", "<include>") else { return Vec::new() };
     let place = e.place_of("file");
@@ -69,6 +63,12 @@ fn included(
         cx.fault(place, FaultKind::Unsupported { what, help });
         return Vec::new();
     }
+    if open.len() > ROW {
+        let what = format!("more than {ROW} files include each other in a row");
+        let help = "include the files from the main file".to_owned();
+        cx.fault(place, FaultKind::Unsupported { what, help });
+        return Vec::new();
+    }
     seen.push(same(&path));
     let text = match path.exists() {
         true => crate::whole_text(&path),
@@ -83,12 +83,12 @@ fn included(
             return Vec::new();
         }
     };
-    match parse(&text, &path.display().to_string()) {
+    match parse_with(&text, &path.display().to_string(), Declarations::Refused, CHAIN) {
         Ok(mut other) if matches!(other.name.as_str(), "mujoco" | "mujocoinclude") => {
             open.push(path);
-            inside(cx, &mut other, open, seen, depth + 1);
+            inside(cx, &mut other, open, seen);
             open.pop();
-            other.children
+            std::mem::take(&mut other.children)
         }
         Ok(other) => {
             let found = other.name.clone();

@@ -27,7 +27,7 @@ mod tendon;
 
 use crate::error::{FaultKind, FilePlace};
 use crate::read::{Cx, ReadOptions, report_massless};
-use crate::xml::{Element, parse};
+use crate::xml::{CHAIN, Declarations, Element, parse_with};
 use crate::{CollisionMeshes, Description, FormatError};
 use defaults::Classes;
 pub(crate) use geom::solid;
@@ -40,7 +40,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// # Errors
 /// Every mistake: malformed XML, missing or circular includes, duplicate or unknown names, invalid numbers, inertias that no rigid body can have.
 pub fn read_mjcf(text: &str, options: &ReadOptions) -> Result<Description, FormatError> {
-    let mut root = parse(text, &options.file_name())?;
+    let mut root = parse_with(text, &options.file_name(), Declarations::Refused, CHAIN)?;
     let mut cx = Cx::new(options);
     if root.name != "mujoco" {
         let help = "an MJCF file is <mujoco> .. </mujoco>".to_owned();

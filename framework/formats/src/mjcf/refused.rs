@@ -17,21 +17,25 @@ const REFUSED: [(&str, &str); 5] = [
 ];
 
 /// Reports every such element.
-pub(super) fn report(cx: &mut Cx<'_>, e: &Element) {
-    // Skins only change the appearance of a model.
-    let found = REFUSED.iter().find(|(name, _)| *name == e.name);
-    if let Some((name, help)) = found.filter(|_| e.name != "deformable" || holds(e, "flex")) {
+pub(super) fn report(cx: &mut Cx<'_>, root: &Element) {
+    let mut todo = vec![root];
+    while let Some(e) = todo.pop() {
+        // Skins only change the appearance of a model.
+        let found = REFUSED.iter().find(|(name, _)| *name == e.name);
+        let found = found.filter(|_| e.name != "deformable" || holds(e, "flex"));
+        let Some((name, help)) = found else {
+            todo.extend(e.children.iter().rev());
+            continue;
+        };
         if *name == "extension" && e.children.is_empty() {
-            return;
+            continue;
         }
         let kind = FaultKind::Unsupported {
             what: format!("<{name}> is not supported"),
             help: (*help).to_owned(),
         };
         cx.fault(e.place(), kind);
-        return;
     }
-    e.children.iter().for_each(|c| report(cx, c));
 }
 
 fn holds(e: &Element, name: &str) -> bool {

@@ -8,7 +8,7 @@ use super::Settings;
 use super::orientation::turn_of_euler;
 use crate::error::FaultKind;
 use crate::read::Cx;
-use crate::xml::{DEPTH, Element};
+use crate::xml::Element;
 use linkwork_spatial::{Pose, Quat, Vec3};
 
 /// Maximum number of copied elements in a file.
@@ -18,24 +18,18 @@ const COPIES: usize = 1_000_000;
 pub(super) fn expand(cx: &mut Cx<'_>, root: &mut Element, settings: &Settings) {
     let mut left = COPIES;
     for world in root.children.iter_mut().filter(|c| c.name == "worldbody") {
-        inside(cx, world, settings, &mut left, 1);
-    }
-}
-
-fn inside(cx: &mut Cx<'_>, e: &mut Element, settings: &Settings, left: &mut usize, depth: usize) {
-    if depth > DEPTH {
-        return; // the parser refuses such files
-    }
-    // Inner replications first: their suffix is the first in a name.
-    e.children.iter_mut().for_each(|c| inside(cx, c, settings, left, depth + 1));
-    if !e.children.iter().any(|c| c.name == "replicate") {
-        return;
-    }
-    for child in std::mem::take(&mut e.children) {
-        match child.name.as_str() {
-            "replicate" => e.children.extend(copies(cx, &child, settings, left)),
-            _ => e.children.push(child),
-        }
+        // Inner replications first: their suffix is the first in a name.
+        world.for_each_inside_first(|e| {
+            if !e.children.iter().any(|c| c.name == "replicate") {
+                return;
+            }
+            for child in std::mem::take(&mut e.children) {
+                match child.name.as_str() {
+                    "replicate" => e.children.extend(copies(cx, &child, settings, &mut left)),
+                    _ => e.children.push(child),
+                }
+            }
+        });
     }
 }
 
@@ -57,7 +51,7 @@ fn copies(cx: &mut Cx<'_>, e: &Element, settings: &Settings, left: &mut usize) -
         );
         return Vec::new();
     }
-    let size = elements(e).max(1);
+    let size = e.walk().count();
     if count * size as f64 > *left as f64 {
         let fact = format!("{what} creates more than {COPIES} elements");
         let help = "use fewer copies, or write the bodies with a program".to_owned();
@@ -80,7 +74,7 @@ fn copies(cx: &mut Cx<'_>, e: &Element, settings: &Settings, left: &mut usize) -
         let q: Quat = X.rotation;
         frame.set("quat", numbers(&[q.w, q.i, q.j, q.k]));
         let suffix = format!("{separator}{k:0width$}");
-        frame.children.iter_mut().for_each(|c| rename(c, &suffix));
+        frame.children.iter_mut().for_each(|c| c.for_each(|e, _| rename(e, &suffix)));
         out.push(frame);
         let next = X.position + X.rotation * offset;
         X = Pose::new(turn_of_euler(settings, angles.map(|a| a * (k + 1) as f64)), next);
@@ -93,15 +87,10 @@ fn numbers(list: &[f64]) -> String {
     list.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(" ")
 }
 
-fn elements(e: &Element) -> usize {
-    1 + e.children.iter().map(elements).sum::<usize>()
-}
-
 fn rename(e: &mut Element, suffix: &str) {
     if let Some(a) = e.attributes.iter_mut().find(|a| a.name == "name")
         && !a.value.is_empty()
     {
         a.value += suffix;
     }
-    e.children.iter_mut().for_each(|c| rename(c, suffix));
 }

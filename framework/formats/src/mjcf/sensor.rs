@@ -2,8 +2,9 @@
 //!
 //! ```text
 //! jointpos, jointvel                                         a joint
-//! gyro, velocimeter, framepos, framequat, framelinvel        the motion of a frame
-//! accelerometer                                              specific force at a frame
+//! gyro, velocimeter, framepos, framequat, frame?axis,
+//! framelinvel, frameangvel                                   the motion of a frame
+//! accelerometer, framelinacc, frameangacc                    specific force and angular acceleration at a frame
 //! force, torque                                              load of the hinge of the body of a site
 //! tendonpos, tendonvel, actuatorpos, actuatorvel, actuatorfrc    outputs of other devices
 //! ```
@@ -17,7 +18,7 @@ use crate::{Description, Device, DeviceFrame, DeviceKind, Sensor};
 use std::collections::BTreeSet;
 
 /// Sensors of joints and frames.
-const OWN: [&str; 10] = [
+const OWN: [&str; 16] = [
     "force",
     "torque",
     "jointpos",
@@ -28,6 +29,26 @@ const OWN: [&str; 10] = [
     "framepos",
     "framequat",
     "framelinvel",
+    "frameangvel",
+    "framexaxis",
+    "frameyaxis",
+    "framezaxis",
+    "framelinacc",
+    "frameangacc",
+];
+
+/// Sensors that are not converted, with a remedy.
+const ALTERNATIVES: [(&str, &str); 7] = [
+    ("touch", "bind `sensors.contact_switch` to the body, or log its `contact_force`"),
+    ("rangefinder", "add `sensors.radar` with the beam [0, 0, 1], or `sensors.lidar`"),
+    ("magnetometer", "add `sensors.magnetometer`"),
+    (
+        "subtreecom",
+        "add `sensors.mass_properties`, which has the centre of mass of a whole vehicle",
+    ),
+    ("e_potential", "the balance of energy of a run reports it"),
+    ("e_kinetic", "the balance of energy of a run reports it"),
+    ("clock", "conditions and plots have `time`"),
 ];
 
 /// Element, the attribute with the name of another device, and the output of that device.
@@ -60,7 +81,13 @@ impl<'e> Mj<'e> {
         for (k, e) in root.all("sensor").flat_map(|list| &list.children).enumerate() {
             let kind = e.name.as_str();
             if !OWN.contains(&kind) && OTHERS.iter().all(|(other, ..)| *other != kind) {
-                continue; // listed with everything that was not used
+                // Sensors without an alternative are listed with everything that was not used.
+                if let Some((_, remedy)) = ALTERNATIVES.iter().find(|(k, _)| *k == kind) {
+                    e.touch_all();
+                    let note = format!("element <{kind}>: {remedy}");
+                    cx.ignored.push(e.ignored(format!("mujoco/sensor/{}", e.label()), note));
+                }
+                continue;
             }
             let name = e.attr("name").map_or(format!("{}{}", e.name, k + 1), str::to_owned);
             let what = format!("sensor `{name}`");
@@ -69,7 +96,12 @@ impl<'e> Mj<'e> {
                 "gyro" | "velocimeter" => self.at_site(cx, e, &what).map(Sensor::Motion),
                 "force" | "torque" => self.load_at_site(cx, e, &what, d),
                 "accelerometer" => self.at_site(cx, e, &what).map(Sensor::SpecificForce),
-                "framepos" | "framequat" | "framelinvel" => self.frame_sensor(cx, e, &what),
+                "framelinacc" | "frameangacc" => {
+                    self.frame_sensor(cx, e, &what).map(Sensor::SpecificForce)
+                }
+                _ if kind.starts_with("frame") => {
+                    self.frame_sensor(cx, e, &what).map(Sensor::Motion)
+                }
                 _ => {
                     let Some((_, key, output)) = OTHERS.iter().find(|(k, ..)| *k == kind) else {
                         continue;
@@ -153,7 +185,7 @@ impl<'e> Mj<'e> {
         }
     }
 
-    fn frame_sensor(&self, cx: &mut Cx<'_>, e: &'e Element, what: &str) -> Option<Sensor> {
+    fn frame_sensor(&self, cx: &mut Cx<'_>, e: &'e Element, what: &str) -> Option<DeviceFrame> {
         let note = match (e.attr("objtype"), e.attr("refname")) {
             (Some("site" | "xbody"), None) => None,
             (_, Some(_)) => {
@@ -169,14 +201,14 @@ impl<'e> Mj<'e> {
         e.touch();
         let name = cx.required(e, "objname", what)?;
         if e.attr("objtype") == Some("site") {
-            return self.site_frame(cx, e, "objname", name, what).map(Sensor::Motion);
+            return self.site_frame(cx, e, "objname", name, what);
         }
         if !self.elements.contains_key(name) {
             let names = self.elements.keys().map(String::as_str);
             cx.unknown(e.place_of("objname"), what, "body", name, names);
             return None;
         }
-        Some(Sensor::Motion(DeviceFrame::Body(name.into())))
+        Some(DeviceFrame::Body(name.into()))
     }
 
     /// Reads `gravcomp` of all bodies, in the order of the bodies.

@@ -171,7 +171,7 @@ fn placed(mut model: Element, include: &Element) -> Element {
 }
 
 /// Returns the contents of a merged model, with a frame in place of the model.
-fn merged(model: Element) -> Vec<Element> {
+fn merged(mut model: Element) -> Vec<Element> {
     let name = model.attr("name").unwrap_or_default().to_owned();
     let frame = format!("_merged__{name}__model__");
     let first = model.children.iter().find(|c| c.name == "link").and_then(|l| l.attr("name"));
@@ -193,7 +193,7 @@ fn merged(model: Element) -> Vec<Element> {
         proxy.set("placement_frame", placement.to_owned());
     }
     let mut out = vec![proxy];
-    for mut c in model.children {
+    for mut c in std::mem::take(&mut model.children) {
         match c.name.as_str() {
             "pose" | "static" => continue,
             "link" | "frame" | "model" => relative_to(&mut c, &frame),

@@ -16,7 +16,7 @@ mod version;
 
 use crate::error::FaultKind;
 use crate::read::{Cx, ReadOptions, report_massless, root_body};
-use crate::xml::{Element, parse};
+use crate::xml::{DEPTH, Element, parse};
 use crate::{Description, Device, DeviceKind, FormatError};
 use frames::{Frames, Scope};
 use linkwork_multibody::{BodySpec, Hinge};
@@ -38,6 +38,10 @@ pub fn read_sdf(text: &str, options: &ReadOptions) -> Result<Description, Format
     }
     version::prepare(&mut cx, &mut root);
     include::expand(&mut cx, &mut root);
+    if let Some((e, _)) = root.walk().find(|(_, depth)| *depth > DEPTH) {
+        cx.fault(e.place(), FaultKind::TooDeep { limit: DEPTH });
+        return cx.finish(&root, Description::default());
+    }
     let root = root;
     let mut d = Description::default();
     let mut sdf = Sdf { frames: Frames::new(), links: BTreeMap::new(), joints: Vec::new() };

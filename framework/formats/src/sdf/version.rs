@@ -43,12 +43,13 @@ pub(super) fn prepare(cx: &mut Cx<'_>, root: &mut Element) {
     }
 }
 
-fn axes_in_model(e: &mut Element) {
-    let axis = matches!(e.name.as_str(), "axis" | "axis2");
-    if axis && e.children.iter().all(|c| c.name != "use_parent_model_frame") {
-        let mut flag = Element::like(e, "use_parent_model_frame");
-        flag.text = "true".into();
-        e.children.push(flag);
-    }
-    e.children.iter_mut().for_each(axes_in_model);
+fn axes_in_model(root: &mut Element) {
+    root.for_each(|e, _| {
+        let axis = matches!(e.name.as_str(), "axis" | "axis2");
+        if axis && e.children.iter().all(|c| c.name != "use_parent_model_frame") {
+            let mut flag = Element::like(e, "use_parent_model_frame");
+            flag.text = "true".into();
+            e.children.push(flag);
+        }
+    });
 }

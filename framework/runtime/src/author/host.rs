@@ -5,6 +5,7 @@ use crate::author::block::Prototype;
 use crate::author::ports::PortSpec;
 use crate::author::scenery::Scenery;
 use crate::author::services::Services;
+use crate::author::setting::Setting;
 use crate::author::value::{Fault, Origin};
 use std::any::Any;
 
@@ -24,6 +25,10 @@ pub trait Host: Any + Send + Sync {
         services: &Services,
         out: &mut Lowering<'_>,
     ) -> Box<dyn Prototype>;
+    /// The settings that may be without effect, with the reasons in this phase.
+    fn settings(&self) -> Vec<Setting> {
+        Vec::new()
+    }
     /// What of it is seen.
     fn scenery(&self) -> Scenery;
     /// A copy.

@@ -24,6 +24,7 @@ pub(crate) mod provider;
 pub(crate) mod scenery;
 pub(crate) mod service_params;
 pub(crate) mod services;
+pub(crate) mod setting;
 pub(crate) mod shown;
 pub(crate) mod site;
 pub(crate) mod sized;

@@ -33,6 +33,7 @@ use crate::author::model::lanes;
 use crate::author::noise;
 use crate::author::params::ReadCx;
 use crate::author::services::{ServiceKind, Services};
+use crate::author::setting::{Setting, without_effect};
 use crate::author::time::Seconds;
 use crate::author::value::{Fault, Faults, Origin};
 use crate::plan::compiled::{FieldPlan, Identity, PartPlan, Plan, Sizes};
@@ -48,7 +49,17 @@ pub use variables::known_variables;
 /// # Errors
 /// Every fault of the specification, in the order of the files.
 pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan, Faults> {
-    compile_phase(spec, &Within::default(), catalogue, files)
+    let mut plan = compile_phase(spec, &Within::default(), catalogue, files)?;
+    warn_without_effect(&[spec], &mut plan);
+    Ok(plan)
+}
+
+/// Adds warnings of settings that have no effect in any phase to the plan of the first one.
+pub(crate) fn warn_without_effect(phases: &[&Spec], first: &mut Plan) {
+    let of_host = |spec: &&Spec| spec.host.as_ref().map(|h| h.settings()).unwrap_or_default();
+    let settings: Vec<Vec<Setting>> = phases.iter().map(of_host).collect();
+    first.warnings.extend(without_effect(&settings));
+    first.warnings = in_file_order(std::mem::take(&mut first.warnings));
 }
 
 /// Data of the program that a phase uses.

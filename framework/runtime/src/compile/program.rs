@@ -1,7 +1,7 @@
 //! Compiles all phases of a program, and checks what they share: the world, watched conditions, states that continue.
 use super::guards::{WatchedSpec, WhenSpec};
 use super::table::common_tick;
-use super::{Within, compile_phase};
+use super::{Within, compile_phase, warn_without_effect};
 use crate::author::catalogue::{Catalogue, Entry};
 use crate::author::files::Files;
 use crate::author::services::ServiceKind;
@@ -60,6 +60,9 @@ pub fn compile_program(
     if !faults.is_empty() {
         faults.sort_by_key(|f| f.origin);
         return Err(Faults(faults));
+    }
+    if let Some((_, first)) = compiled.first_mut() {
+        warn_without_effect(&phases.iter().map(|p| &p.spec).collect::<Vec<_>>(), first);
     }
     Ok(Program::new(compiled))
 }

@@ -6,8 +6,8 @@
 //! c_j = (2 − δ_j0)/n Σ_k f(x_k) cos(j π (k + ½)/n)
 //! ```
 
-use super::spk::chebyshev;
 use super::{Body, Ephemeris};
+use crate::daf::chebyshev;
 use crate::error::{WorldError, number};
 use crate::planet::{Epoch, PointMotion};
 use linkwork_spatial::Vec3;

@@ -3,11 +3,8 @@
 //!
 //! NAIF, *DAF Required Reading* and *SPK Required Reading*:
 //! ```text
-//! record 1 of 1024 bytes   "DAF/SPK", ND = 2, NI = 6, first record of summaries, "LTL-IEEE" or "BIG-IEEE"
-//! summaries                next, previous, count; for each two times (TDB seconds past J2000) and
-//!                          target, centre, frame, type, first and last address (of 8 bytes, from 1)
-//! segment of type 2, 3     records of (middle, half length, coefficients of x, y, z[, ẋ, ẏ, ż]);
-//!                          at the end: first time, length of a record's interval, record size, count
+//! summaries                two times (TDB seconds past J2000), and target, centre, frame, type, addresses
+//! segment of type 2, 3     Chebyshev records of x, y, z[, ẋ, ẏ, ż]: `daf`
 //! other types              `states`, `differences`, `conics`
 //! ```
 //! Files use kilometres, this crate metres. The whole file is read at once; queries do not allocate.
@@ -16,11 +13,12 @@ use super::conics::{Discrete, Equinoctial};
 use super::differences::Differences;
 use super::states::States;
 use super::{Body, Ephemeris, date, seconds};
+use crate::daf::{Chebyshev, Daf, Kind, Rates, Summary, wrong};
 use crate::error::WorldError;
 use crate::planet::PointMotion;
 use linkwork_spatial::Vec3;
 
-const RECORD: usize = 1024;
+const KIND: Kind = Kind { word: "DAF/SPK", integers: 6, help: "give an SPK kernel (.bsp)" };
 
 /// Motion of one body relative to another over an interval.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,59 +47,12 @@ enum Records {
     Equinoctial(Equinoctial),
 }
 
-/// Chebyshev polynomials over intervals of equal length (s).
-#[derive(Clone, Debug, PartialEq)]
-struct Chebyshev {
-    velocities: bool,
-    init: f64,
-    length: f64,
-    size: usize,
-    data: Vec<f64>,
-}
-
 /// A kernel. Later segments have priority over earlier ones, as in NAIF's toolkit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spk {
     segments: Vec<SpkSegment>,
     /// Body, axes and type of the segments that were skipped.
     unread: Vec<[i32; 3]>,
-}
-
-fn wrong(file: &str, fact: impl Into<String>, help: &'static str) -> WorldError {
-    WorldError::Line { file: file.to_string(), line: 0, fact: fact.into(), help }
-}
-
-/// Reads numbers of a file in its byte order.
-struct Bytes<'a> {
-    file: &'a str,
-    data: &'a [u8],
-    little: bool,
-}
-
-impl Bytes<'_> {
-    fn take<const N: usize>(&self, at: usize) -> Result<[u8; N], WorldError> {
-        let end = at.checked_add(N);
-        end.and_then(|end| self.data.get(at..end)).and_then(|s| s.try_into().ok()).ok_or_else(
-            || wrong(self.file, format!("it ends before byte {at}"), "the file was truncated"),
-        )
-    }
-
-    fn int(&self, at: usize) -> Result<i32, WorldError> {
-        let b = self.take::<4>(at)?;
-        Ok(if self.little { i32::from_le_bytes(b) } else { i32::from_be_bytes(b) })
-    }
-
-    fn double(&self, at: usize) -> Result<f64, WorldError> {
-        let b = self.take::<8>(at)?;
-        Ok(if self.little { f64::from_le_bytes(b) } else { f64::from_be_bytes(b) })
-    }
-
-    /// Reads a count or an address.
-    fn index(&self, at: usize, what: &str) -> Result<usize, WorldError> {
-        let x = self.int(at)?;
-        let help = "the file is damaged";
-        usize::try_from(x).map_err(|_| wrong(self.file, format!("{what} is {x}"), help))
-    }
 }
 
 impl Spk {
@@ -111,45 +62,13 @@ impl Spk {
     /// A file that is not an SPK kernel, is truncated, or lacks segments of a supported type in J2000 axes. Other segments are skipped; an error about
     /// a missing body names them.
     pub fn parse(file: &str, data: &[u8]) -> Result<Self, WorldError> {
-        if !data.starts_with(b"DAF/SPK ") {
-            return Err(wrong(
-                file,
-                "it does not begin with `DAF/SPK`",
-                "give an SPK kernel (.bsp)",
-            ));
-        }
-        let little = match data.get(88..96) {
-            Some(b"LTL-IEEE") => true,
-            Some(b"BIG-IEEE") => false,
-            _ => {
-                let help = "only IEEE files are read; convert it with NAIF's `bingo`";
-                return Err(wrong(
-                    file,
-                    "its number format is neither LTL-IEEE nor BIG-IEEE",
-                    help,
-                ));
-            }
-        };
-        let b = Bytes { file, data, little };
-        if (b.int(8)?, b.int(12)?) != (2, 6) {
-            return Err(wrong(file, "ND, NI are not 2, 6", "give an SPK kernel (.bsp)"));
-        }
+        let daf = Daf::open(file, data, &KIND)?;
         let (mut segments, mut unread) = (Vec::new(), Vec::new());
-        let mut record = b.index(76, "the first record of summaries")?;
-        // Visit each record at most once, so that a cycle in a damaged file also ends.
-        for _ in 0..data.len() / RECORD + 1 {
-            if record == 0 {
-                break;
+        for summary in daf.summaries::<6>()? {
+            match segment(&daf, &summary)? {
+                Ok(segment) => segments.push(segment),
+                Err(left_out) => unread.push(left_out),
             }
-            let at = (record - 1).saturating_mul(RECORD);
-            let count = b.double(at.saturating_add(16))? as usize;
-            for k in 0..count.min(25) {
-                match segment(&b, at + 24 + 40 * k)? {
-                    Ok(segment) => segments.push(segment),
-                    Err(left_out) => unread.push(left_out),
-                }
-            }
-            record = b.double(at)? as usize;
         }
         if segments.is_empty() {
             let help = "types 1, 2, 3, 5, 8, 9, 12, 13, 17 and 21 in J2000 axes are supported; NAIF's `spkmerge` or Horizons write them";
@@ -299,23 +218,21 @@ fn told(unread: &[[i32; 3]]) -> String {
 }
 
 /// Reads one segment from its summary. Returns body, axes and type if it is not supported.
-fn segment(b: &Bytes, at: usize) -> Result<Result<SpkSegment, [i32; 3]>, WorldError> {
-    let range = [b.double(at)?, b.double(at + 8)?];
-    let (target, centre) = (b.int(at + 16)?, b.int(at + 20)?);
-    let (axes, kind) = (b.int(at + 24)?, b.int(at + 28)?);
+fn segment(
+    daf: &Daf<'_>,
+    summary: &Summary<6>,
+) -> Result<Result<SpkSegment, [i32; 3]>, WorldError> {
+    let range = summary.range;
+    let [target, centre, axes, kind, ..] = summary.integers;
     // Only J2000 axes are supported; others would need a rotation.
     if axes != 1 || !matches!(kind, 1 | 2 | 3 | 5 | 8 | 9 | 12 | 13 | 17 | 21) {
         return Ok(Err([target, axes, kind]));
     }
-    let (first, last) = (b.index(at + 32, "an address")?, b.index(at + 36, "an address")?);
     let name = format!("segment of {target} about {centre}");
-    if first == 0 || last < first + 4 {
-        return Err(wrong(b.file, format!("{name}: addresses {first} to {last}"), "it is damaged"));
-    }
-    let words =
-        (first..=last).map(|k| b.double((k - 1) * 8)).collect::<Result<Vec<f64>, WorldError>>()?;
+    let words = daf.words(&name, summary)?;
     let records = match kind {
-        2 | 3 => Chebyshev::read(words, kind).map(Records::Chebyshev),
+        2 => Chebyshev::read(words, Rates::Derived).map(Records::Chebyshev),
+        3 => Chebyshev::read(words, Rates::Stored).map(Records::Chebyshev),
         8 | 9 | 12 | 13 => States::read(words, kind).map(Records::States),
         5 => Discrete::read(&words).map(Records::Discrete),
         17 => Equinoctial::read(&words).map(Records::Equinoctial),
@@ -323,7 +240,7 @@ fn segment(b: &Bytes, at: usize) -> Result<Result<SpkSegment, [i32; 3]>, WorldEr
     };
     match records {
         Ok(records) => Ok(Ok(SpkSegment { target, centre, range, records })),
-        Err(fact) => Err(wrong(b.file, format!("{name}: {fact}"), "it is damaged")),
+        Err(fact) => Err(wrong(daf.file, format!("{name}: {fact}"), "it is damaged")),
     }
 }
 
@@ -339,55 +256,4 @@ impl SpkSegment {
         };
         PointMotion { position: position * 1000.0, velocity: velocity * 1000.0 }
     }
-}
-
-impl Chebyshev {
-    /// Reads the words of a segment. The error is the fact.
-    fn read(mut words: Vec<f64>, kind: i32) -> Result<Chebyshev, String> {
-        let n = words.len();
-        let (init, length) = (words[n - 4], words[n - 3]);
-        let (size, count) = (words[n - 2] as usize, words[n - 1] as usize);
-        let parts = if kind == 3 { 6 } else { 3 };
-        let fits = count > 0
-            && size > 2 + parts
-            && (size - 2).is_multiple_of(parts)
-            && size.checked_mul(count) == Some(n - 4);
-        if !fits || !(length > 0.0) {
-            return Err(format!("{count} records of {size} numbers do not match its length"));
-        }
-        words.truncate(n - 4);
-        Ok(Chebyshev { velocities: kind == 3, init, length, size, data: words })
-    }
-
-    /// Returns position (km) and velocity (km/s).
-    fn at(&self, et: f64) -> [Vec3; 2] {
-        let count = self.data.len() / self.size;
-        let k = (((et - self.init) / self.length).max(0.0) as usize).min(count - 1);
-        let record = &self.data[k * self.size..][..self.size];
-        let (middle, half) = (record[0], record[1]);
-        let x = (et - middle) / half;
-        let n = (self.size - 2) / if self.velocities { 6 } else { 3 };
-        let (mut p, mut v) = (Vec3::zeros(), Vec3::zeros());
-        for axis in 0..3 {
-            let (value, slope) = chebyshev(&record[2 + axis * n..][..n], x);
-            p[axis] = value;
-            v[axis] = if self.velocities {
-                chebyshev(&record[2 + (axis + 3) * n..][..n], x).0
-            } else {
-                slope / half
-            };
-        }
-        [p, v]
-    }
-}
-
-/// Returns Σ c_k T_k(x) and its derivative, by Clenshaw's recurrence.
-pub(super) fn chebyshev(c: &[f64], x: f64) -> (f64, f64) {
-    let (mut b1, mut b2, mut d1, mut d2) = (0.0, 0.0, 0.0, 0.0);
-    for ck in c.iter().skip(1).rev() {
-        let d = 2.0 * b1 + 2.0 * x * d1 - d2;
-        let b = ck + 2.0 * x * b1 - b2;
-        (b2, b1, d2, d1) = (b1, b, d1, d);
-    }
-    (c[0] + x * b1 - b2, b1 + x * d1 - d2)
 }

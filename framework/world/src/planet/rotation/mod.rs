@@ -1,11 +1,13 @@
 //! Rotation of planets: orientation and angular velocity over time.
 
+mod binary_pck;
 mod earth;
 mod earth_parameters;
 mod iau;
 mod orientation;
 mod pck;
 
+pub use binary_pck::{KernelRotation, PckKernel};
 pub use earth::{Earth, earth_rotation_angle, eme2000_to_gcrs, gcrs_to_itrs, teme_to_gcrs};
 pub use earth_parameters::EarthParameters;
 pub use iau::{IauRotation, IauTerm};
@@ -81,6 +83,8 @@ pub enum Rotation {
     Iau(IauRotation),
     /// Rotation of the Earth by IAU 2006/2000A.
     Earth(Box<Earth>),
+    /// Euler angles of a binary kernel.
+    Kernel(KernelRotation),
 }
 
 impl Rotation {
@@ -113,6 +117,7 @@ impl Rotation {
             },
             Self::Iau(iau) => iau.at(t),
             Self::Earth(earth) => earth.at(t),
+            Self::Kernel(kernel) => kernel.at(t),
         }
     }
 }

@@ -5,7 +5,7 @@
 //! α = Σ POLE_RA[k] Tᵏ + Σ NUT_PREC_RA[i] sin Eᵢ      δ = Σ POLE_DEC[k] Tᵏ + Σ NUT_PREC_DEC[i] cos Eᵢ
 //! W = Σ PM[k] dᵏ + Σ NUT_PREC_PM[i] sin Eᵢ           Eᵢ = polynomial of NUT_PREC_ANGLES of the barycentre in T
 //! ```
-//! NAIF, *PCK Required Reading* and *Kernel Required Reading*. Binary kernels (`DAF/PCK`) are rejected.
+//! NAIF, *PCK Required Reading* and *Kernel Required Reading*. [`PckKernel`](super::PckKernel) reads binary kernels.
 
 use super::iau::{IauRotation, IauTerm};
 use crate::error::WorldError;
@@ -35,7 +35,7 @@ impl PckConstants {
         };
         if text.starts_with("DAF/") {
             let fact = "this is a binary kernel".to_string();
-            return Err(wrong(1, fact, "use a text kernel (.tpc), such as pck00011.tpc of NAIF"));
+            return Err(wrong(1, fact, "read its bytes, or use a text kernel (.tpc)"));
         }
         let mut out = Self { file: file.into(), values: BTreeMap::new() };
         let (mut data, mut name, mut count) = (false, None::<String>, 0);
