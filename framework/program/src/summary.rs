@@ -211,7 +211,7 @@ fn balances(all: &Balances) {
             ),
             false => {
                 let why = match report.not_counted.is_empty() {
-                    true => "nothing to check, because all parts only pass it on",
+                    true => "not checked, because all parts only transmit it",
                     false => "not checked, because terms are not counted",
                 };
                 say!(

@@ -83,7 +83,7 @@ fn axes(file: &str, segment: &Segment) -> Result<StartFrame, BuildError> {
     };
     if let Some(epoch) = &segment.frame_epoch {
         let fact = format!(
-            "`{file}`: the axes are those of {frame} at {epoch} (`REF_FRAME_EPOCH`), which is not read"
+            "`{file}`: the frame {frame} is frozen at {epoch} (`REF_FRAME_EPOCH`), which is not supported"
         );
         return Err(BuildError::new(fact).help("convert it to ICRF, GCRF or EME2000"));
     }

@@ -216,7 +216,7 @@ impl<'j> File<'j> {
         all.ok_or("an accessor is longer than its buffer".into())
     }
 
-    /// Returns the bytes of each entry of an accessor. The entries of a sparse accessor replace those of its view, or zeros.
+    /// Returns the bytes of each entry of an accessor. A sparse accessor replaces some entries of its view, or of zeros.
     fn entries(&self, accessor: &Value, size: usize) -> Result<Vec<&[u8]>, String> {
         const ZEROS: [u8; 12] = [0; 12];
         let count = whole(&accessor["count"]);

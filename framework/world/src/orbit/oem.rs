@@ -20,7 +20,7 @@ pub struct Segment {
     pub centre: String,
     /// `REF_FRAME`, in capitals.
     pub frame: String,
-    /// `REF_FRAME_EPOCH`, if there is one: the axes are those of the frame at this epoch.
+    /// `REF_FRAME_EPOCH`, if it is written: the frame is frozen at this epoch.
     pub frame_epoch: Option<String>,
     rows: Vec<(Epoch, PointMotion)>,
     /// `USEABLE_START_TIME` and `USEABLE_STOP_TIME`, as written, and their lines.

@@ -124,11 +124,11 @@ fn an_ephemeris_message_starts_a_craft_between_its_rows() {
     let earth = world(Centre::Earth, "2012-08-06 00:05:00 UTC", folder.path());
     let message_of = |file: &str| told(earth.start(&start(file)));
     assert!(message_of("tod.oem").contains("REF_FRAME = TOD"));
-    // Axes that are frozen at an epoch are not those of the date; inertial axes are the same at all epochs.
+    // A rotating frame that is frozen at an epoch is not supported; inertial axes do not depend on the epoch.
     let frozen =
         |frame: &str| message(&format!("{frame}\nREF_FRAME_EPOCH = 2012-08-06T00:00:00"), &rows);
     write("teme.oem", frozen("TEME"));
-    assert!(message_of("teme.oem").contains("those of TEME at 2012-08-06T00:00:00"));
+    assert!(message_of("teme.oem").contains("the frame TEME is frozen at 2012-08-06T00:00:00"));
     write("frozen.oem", frozen("ICRF"));
     assert_eq!(
         earth.start(&start("frozen.oem")).unwrap(),
