@@ -160,7 +160,7 @@ def test_variables_are_read_and_set():
     v = sim.variables()["bob.rate"]
     assert (v.unit, v.role, v.part, v.path) == ("rad/s", "state", "bob", "bob.rate") and v.doc
     assert "bob.rate" in sim and "bob.speed" not in sim
-    assert sim.variables("Friction.**").keys() == {"Friction.shaft.angle", "Friction.shaft.rate", "Friction.torque"}
+    assert sim.variables("Friction.**").keys() == {"Friction.shaft.angle", "Friction.shaft.rate", "Friction.torque", "Friction.energy", "Friction.loss"}
     # The mechanism is a part like the others.
     assert sim.parts == ["Friction", "Mechanism"]
     table = sim._repr_html_()
