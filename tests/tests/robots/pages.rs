@@ -109,8 +109,8 @@ fn tyre_change_says_what_it_does() {
             "The most loaded joint reaches # of its effort limit",
         ),
         ("largest force on the hub", "the hub is pushed with # N at the touch"),
-        ("nut 1 beside its stud", "first nut ends # mm beside"),
-        ("nut 1 before its stud", "beside its stud and # mm before"),
+        ("nut 1 beside its stud", "first nut ends # mm to the side"),
+        ("nut 1 before its stud", "side of its stud and # mm in front"),
     ];
     says("tyre_change", &[], &of);
 }
