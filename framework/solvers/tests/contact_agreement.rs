@@ -113,7 +113,8 @@ fn lemke_tends_to_the_circular_cone_with_more_directions() {
     };
     let (few, many) = (worst(4), worst(32));
     assert!(few > 1e-2, "four directions can be told from a circle: {few:e}");
-    // Measured 7.9e-2 and 5.2e-3; 1 − cos(π/n) itself falls sixty-four times.
+    // Measured: 7.9e-2 and 5.2e-3. The error of the polygon itself, 1 − cos(π/n), decreases by a
+    // factor of 64.
     assert!(many < few / 8.0 && many < 1e-2, "{few:e} {many:e}");
 }
 
@@ -151,7 +152,7 @@ fn a_bounce_never_gains_energy() {
         if before[0] >= 0.0 {
             continue;
         }
-        // Tangents without coupling to the normal, as in a centred impact.
+        // Decouple the tangents from the normal, as in a central impact.
         for i in 0..6 {
             let e = &mut case.e[i];
             *e = if i < 2 { [e[0], 0.0, 0.0, 0.0] } else { [0.0, e[1], e[2], 0.0] };

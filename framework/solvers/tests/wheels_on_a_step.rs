@@ -293,7 +293,8 @@ fn the_rover_climbs_a_step_when_friction_suffices() {
             }
             NAMES.map(|w| a.run.pose(w).position.z > STEP + 0.9 * R)
         };
-        // Four fifths of the friction of the front wheel; six fifths; six fifths of the friction of the rear wheel.
+        // With 0.8 of the friction that the front wheel requires, no wheel climbs. With 1.2 of it, the front wheel
+        // climbs. With 1.2 of the friction that the rear wheel requires, all wheels climb.
         assert_eq!(climb(0.8 * KNOWN[0]), [false; 3]);
         assert!(climb(1.2 * KNOWN[0])[0]);
         assert_eq!(climb(1.2 * KNOWN[2]), [true; 3]);

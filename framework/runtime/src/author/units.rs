@@ -129,7 +129,7 @@ impl Unit {
 
     /// The number in SI.
     pub fn to_si(&self, number: f64) -> f64 {
-        // Without an offset −0 stays −0.
+        // Adding an offset of 0 would turn −0 into 0.
         if self.offset == 0.0 { self.scale * number } else { self.scale * number + self.offset }
     }
 
@@ -345,7 +345,7 @@ mod tests {
             let error = Unit::parse(bad).unwrap_err().to_string();
             assert!(error.contains(&format!("`{bad}`")), "{error}");
         }
-        // Text of any length: a stack has an end, and so has a power.
+        // The depth of brackets is limited, and large powers must not wrap around.
         let deep = "(".repeat(1_000_000);
         assert!(Unit::parse(&deep).unwrap_err().to_string().contains("too many brackets"));
         assert!(Unit::parse("m^100 m^100").unwrap() != Unit::parse("m").unwrap());

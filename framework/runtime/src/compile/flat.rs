@@ -123,7 +123,8 @@ pub(super) fn vary(
                 Op::Outputs(_) => d.functions.outputs_timed,
                 _ => d.functions.feedthrough_timed,
             };
-            // The pieces of a part with modes follow from its inputs and the clock.
+            // Guards of a part with modes do not make it continuous, because its modes depend only
+            // on its inputs and the clock.
             let events = d.functions.guards && !d.functions.modes;
             if !d.continuous.is_empty() || events {
                 Variability::Continuous

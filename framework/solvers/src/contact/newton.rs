@@ -113,7 +113,8 @@ impl Newton {
                 rho = (0.1 * rho).max(LAST);
             }
         }
-        // If no solution exists, the last step is the least squares one, but the best is not.
+        // If no solution exists, the last step is the least-squares solution, and the best iterate
+        // is not.
         if best.residual <= stop.tolerance || !(last.residual <= 2.0 * best.residual) {
             lambda.copy_from_slice(&self.best);
             last = best;
