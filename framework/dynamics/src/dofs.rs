@@ -188,8 +188,8 @@ impl Dofs {
         }
         let pairs: usize = (0..nv).map(|i| self.end[i] as usize - i - 1).sum();
         self.dense = 3 * pairs > nv * nv.saturating_sub(1);
-        // Each block is related to the dofs that its dofs carry and, inboard, to runs up to the point where they branch off, so no dof is visited
-        // twice for a block.
+        // Each block meets the dofs outboard of its own dofs and, inboard, runs of dofs up to the point where they
+        // branch off, so no dof is visited twice for a block.
         let mut run_of = vec![0; nv];
         for (k, run) in self.runs.iter().enumerate() {
             run_of[run.clone()].fill(k);

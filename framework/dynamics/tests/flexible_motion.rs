@@ -44,7 +44,7 @@ fn a_cantilever_has_the_frequencies_of_euler_and_bernoulli() {
     let (zero, mut M, mut K) = (vec![0.0; n], vec![0.0; n * n], vec![0.0; n * n]);
     poses(&tree, &mut ws, &zero);
     mass_matrix(&tree, &mut ws, &mut M);
-    // K column by column, from the forces that keep a deflected beam at rest.
+    // Compute K column by column, from the forces that keep a deflected beam at rest.
     for j in 0..n {
         let mut q = zero.clone();
         q[j] = 1e-3;
@@ -59,7 +59,7 @@ fn a_cantilever_has_the_frequencies_of_euler_and_bernoulli() {
     w.sort_by(f64::total_cmp);
     for (w, root) in w.iter().zip([1.875_104, 4.694_091, 7.854_757]) {
         let want = (root / 10.0_f64).powi(2) * (14_000.0 / 1.2_f64).sqrt();
-        // Measured 3e-6, 4e-5 and 1.2e-4 below: rotary inertia.
+        // Measured: 3e-6, 4e-5 and 1.2e-4 below, because of rotary inertia.
         assert!((w / want - 1.0).abs() < 2e-4, "{w} instead of {want}");
     }
 }
@@ -378,7 +378,7 @@ fn a_stiff_satellite_moves_as_a_rigid_one() {
             m.stiffness.iter_mut().for_each(|k| *k *= s);
         }
         let mbs = b.build().unwrap();
-        // Deflections at which the modes do not accelerate.
+        // Find the deflections at which the modes do not accelerate.
         let (mut at, modal) =
             (q(&mbs), mbs.bodies().iter().flat_map(|b| b.modes_q().zip(b.modes_v())));
         let modal: Vec<(usize, usize)> = modal.collect();

@@ -114,7 +114,7 @@ fn jacobians_give_velocities_accelerations_and_forces() {
             times(&J, &vdot).iter().zip(times(&rate, &c.v)).map(|(a, b)| a + b).collect();
         let A = six(&c.ws.node_acceleration(&c.tree, node));
         close(&sum, &A, 1e-12, &at("acceleration"));
-        // The rate is a derivative.
+        // The rate must equal the derivative of the Jacobian along the motion.
         let moved = |h: f64| {
             let dv: Vec<f64> = c.v.iter().map(|x| x * h).collect();
             let mut q = c.q.clone();
@@ -277,7 +277,7 @@ fn other_algorithms_on_a_subgraph_are_blocks_of_the_whole() {
         let arm = mbs.ancestors(leaf).find(|b| mbs.subtree(*b).len() > 2).unwrap();
         let (sub, n) = (mbs.subtree_graph(arm), mbs.nv());
         let Some(base) = sub.base.filter(|_| !sub.v.is_empty()) else { continue };
-        // In the whole mechanism everything else is prescribed, for the compliance.
+        // For the compliance, all other coordinates of the whole mechanism are prescribed.
         let mut held = mbs.clone();
         for b in mbs.body_ids().filter(|b| !sub.bodies.contains(b)) {
             held = held.with_coordinate(b, multibody::Coordinate::Prescribed);

@@ -94,7 +94,7 @@ fn rows_at_points_give_their_compliance() {
             let here = mbs.node_ids().nth(i).unwrap();
             let point = c.ws.node_pose(&c.tree, here).position;
             let directions = [r.vec3(), r.vec3(), r.vec3()];
-            // Every third is on the previous body, at the same point.
+            // Every third point connects the previous body with this one.
             let other: Option<BodyId> = (i > 0 && i % 3 == 0).then(|| mbs.nodes()[i - 1].body());
             let bodies = (other, Some(node.body()));
             rows.add_point(&c.tree, &c.units, &c.ws, &c.uw, bodies, &point, &directions);

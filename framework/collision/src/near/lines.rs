@@ -53,7 +53,7 @@ pub(super) fn segment_box(a: &Placed, h: f64, b: &Placed, half: &Vec3) -> Gap {
         let x = p + u * t;
         Vec3::new(beyond(x.x, half.x), beyond(x.y, half.y), beyond(x.z, half.z))
     };
-    // Bounds with f' < 0 and f' > 0; none at first.
+    // The bounds have f' < 0 and f' > 0. At first there are none.
     let (mut lo, mut hi) = (-2.0 * h, 2.0 * h);
     let mut t = (-p.dot(&u)).clamp(-h, h);
     let mut e = outside(t);
@@ -94,7 +94,8 @@ pub(super) fn segment_cylinder(a: &Placed, h: f64, b: &Placed, r: f64, height: f
         let e = Vec3::new(x.x * part, x.y * part, beyond(x.z, height));
         let across = x.x * u.y - x.y * u.x;
         let turn = across * across;
-        // Next to the cylinder: ρ'² + (1 − r/s) × the square of the tangential part of u; above it: u_z².
+        // f'' next to the cylinder is ρ'² + (1 − r/s) × the square of the tangential part of u; above it,
+        // u_z².
         let beside = if s > r {
             let out = x.x * u.x + x.y * u.y;
             (out * out + part * turn) / (s * s)
