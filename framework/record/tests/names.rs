@@ -73,7 +73,7 @@ fn every_variable_is_read_under_its_own_path() {
     assert!(wanted.len() > 60);
     for (column, path) in paths.iter().enumerate() {
         let series = &read[path];
-        // k/100, to the bit.
+        // The time is k/100, bit-identical.
         assert!(
             series.t.iter().zip(&rows).all(|(t, row)| t.to_bits() == row.0.to_bits()),
             "{path}"
