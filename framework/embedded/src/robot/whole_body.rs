@@ -207,7 +207,7 @@ impl WholeBody {
         if effort.len() != self.nv {
             return Err(RobotError::Length { what: "effort", got: effort.len(), wanted: self.nv });
         }
-        // The comparison is negated because NaN is also rejected.
+        // The negated comparison also rejects NaN.
         if let Some(value) = effort.iter().copied().find(|x| !(*x >= 0.0)) {
             let help =
                 "limits must not be negative; use zero for no actuator, infinity for no limit";

@@ -169,7 +169,7 @@ impl Reader<'_> {
             let fact = format!("`TIME_SYSTEM = {}` is not supported", self.scale);
             return Err(self.wrong(n, fact, "write the epochs in UTC, TAI, TT, TDB or GPS"));
         }
-        // The time system may be written after the epochs.
+        // The time system may follow the epochs in the file, so read the epochs afterwards.
         let texts = s.useable_text.clone();
         for (k, text) in texts.into_iter().enumerate() {
             let Some((line, text)) = text else { continue };
@@ -196,7 +196,7 @@ impl Reader<'_> {
             .map(|w| w.parse::<f64>().ok().filter(|x| x.is_finite()))
             .collect::<Option<_>>()
             .ok_or_else(|| self.wrong(n, "a number cannot be read", HELP))?;
-        // Accelerations may follow.
+        // A row may have accelerations after its position and velocity.
         if numbers.len() != 6 && numbers.len() != 9 {
             let fact = format!("this row has {} numbers after its epoch", numbers.len());
             return Err(self.wrong(n, fact, HELP));

@@ -68,7 +68,7 @@ impl EarthOrientation {
         };
         for (k, line) in text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty()) {
             let Some(words) = words(line) else { continue };
-            // These days are not predicted yet.
+            // The file does not have a prediction for these days yet.
             if words[1].is_empty() && !table.days.is_empty() {
                 break;
             }
