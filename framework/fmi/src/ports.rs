@@ -107,7 +107,8 @@ pub(crate) fn ports(
         kind == Kind::ModelExchange
             && !(v.kind.is_float() && v.variability == Variability::Continuous)
     };
-    // The names of inputs with feedthrough that may change between events, for each output.
+    // Names of the inputs with feedthrough to an output. Only inputs that may change between events
+    // count.
     let mut direct: BTreeSet<&str> = BTreeSet::new();
     let mut sees = |k: usize| -> bool {
         if kind == Kind::CoSimulation {
