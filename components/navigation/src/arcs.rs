@@ -224,7 +224,7 @@ impl Arcs {
         let shut = Vote { mv, obstacles: 0.0, goal: 0.0, total: 0.0 };
         let Some(End { sweep, place, left }) = end else { return shut };
         if !left.is_finite() {
-            // There is no path from this end to the goal. If the present position has none either,
+            // No path leads from this end to the goal. If the present position has none either,
             // any free move counts.
             let total = if here.is_finite() { 0.0 } else { self.share * sweep.obstacles };
             return Vote { obstacles: sweep.obstacles, total, ..shut };

@@ -121,7 +121,7 @@ mod tests {
         fn state(&self, _: f64) -> SunState {
             SunState { direction: self.0.normalize(), distance_au: 1.5 }
         }
-        // The horizon is that of level ground.
+        // The ground is level, so the Sun is visible above the horizontal.
         fn light(&self, _: f64, _: &Vec3) -> Light {
             Light {
                 direction: self.0.normalize(),

@@ -117,7 +117,7 @@ const HELD: &str = r#"start: "rolls", phases: {
 #[test]
 fn what_is_held_stands_where_it_is_without_its_models_and_goes_on_from_there() {
     let held = loaded(&lorry("stowed: (held: true)", "")).unwrap_or_else(|f| panic!("{f}"));
-    // All coordinates exist. Those of the cart are prescribed and at rest, and the cart has no other variables.
+    // All coordinates exist. The coordinates of the cart are prescribed and at rest, and the cart has no other variables.
     assert_eq!((spec(&held).multibody.nv(), held.spec.parts.len()), (6 + 6 + 2, 0));
     assert!(held.spec.wires.is_empty() && held.colliders.is_none());
     resolves(&held);

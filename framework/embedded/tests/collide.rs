@@ -283,7 +283,7 @@ fn two_held_objects_may_be_allowed_to_touch() {
     let mut robot = Robot::new(&model);
     robot.grasp(left, bolt, Grasp::At(Pose::translation(0.15, 0.0, 0.0))).unwrap();
     robot.grasp(right, nut, Grasp::At(Pose::translation(-0.15, 0.0, 0.0))).unwrap();
-    // At rest, the centres of the balls are 0.3 m apart and those of the hands 0.6 m.
+    // At rest, the centres of the balls are 0.3 m apart and the hands 0.6 m.
     let pair = (id("bolt").min(id("nut")), id("bolt").max(id("nut")));
     let hits = |robot: &mut Robot, d: f64| {
         let mut out = Vec::new();

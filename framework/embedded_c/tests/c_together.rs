@@ -109,7 +109,7 @@ fn several_tips_at_once() {
         quiet(|| lw_whole_body_ik_release(r, s, RIGHT));
         search.release(two.model.dofs(two.right).unwrap()).unwrap();
         // Both hands are on the beam. The nearest solution keeps them there; if everything except one wrist is kept,
-        // there is no such solution.
+        // such a solution does not exist.
         for hand in [LEFT, RIGHT] {
             assert_eq!(lw_robot_grasp(r, hand, two.beam.index() as u32, null()), LwStatus::Ok);
         }

@@ -296,7 +296,7 @@ impl<'d> Writer<'d> {
             let _ = writeln!(inside, "    <axis xyz=\"{}\"/>", three(&axis));
             inside.push_str(&limit(kind, &l));
         }
-        // The damping and friction of the hinge have priority over those of the joint in the
+        // The damping and friction of the hinge have priority over the values of the joint in the
         // original file.
         let or = |own: f64, said: Option<f64>| if own != 0.0 { own } else { said.unwrap_or(0.0) };
         let damping = or(s.damping, data.map(|j| j.damping));

@@ -413,7 +413,7 @@ fn limits(cx: &mut Cx<'_>, joint: &Element, what: &str, position: Position) -> L
         return Limits::NONE;
     };
     let what = format!("{what}: <limit>");
-    // Linkwork's export writes the greatest double if there is no limit.
+    // Linkwork's export writes the greatest double for a missing limit.
     let endless = |x: f64| if x.abs() == f64::MAX { x.signum() * f64::INFINITY } else { x };
     // Some files contain words instead, which are not part of the format.
     let words = |name: &str| match e.attr(name) {

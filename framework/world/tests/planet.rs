@@ -367,7 +367,7 @@ fn tables_of_the_earths_orientation_are_read() {
     near(p.excess_of_day, 1.08e-3, 0.1e-3, "excess of the day");
     let p = table.at(&Epoch::utc(2008, 12, 31, 23, 59, 59.0).unwrap());
     near(p.dut1, -0.59284, 5e-6, "UT1 − UTC before the leap second");
-    // Bulletin A is used if there is no bulletin B.
+    // Bulletin A is used where bulletin B lacks values.
     let a: String = FINALS.lines().map(|l| format!("{}\n", l[..134].trim_end())).collect();
     let p =
         EarthOrientation::read("a", &a).unwrap().at(&Epoch::utc(2009, 1, 1, 0, 0, 0.0).unwrap());

@@ -51,7 +51,7 @@ fn a_new_library_is_a_whole_workspace() {
         signs.into_iter().all(|l| l.starts_with('"') && l.matches('@').count() == 1),
         "{manifest}"
     );
-    // The Python files of the package are exactly those of Linkwork.
+    // The Python files of the package are exactly Linkwork's files.
     let theirs = root().join("sims/python/python/linkwork");
     let own = folder.join("python/windmill");
     let sources = names(&theirs)

@@ -51,7 +51,7 @@ fn checkpoints_of_another_run_are_put_aside() {
     let old = std::fs::read(lab.path("out/checkpoint_0.5.lwck")).unwrap();
     assert!(!lab.run("sim.ron", "out", &[]).code(0).err.contains("note:"));
     assert_eq!(saved("out"), found);
-    // With another configuration none of the old checkpoints may count as those of the new run.
+    // With another configuration none of the old checkpoints may count as checkpoints of the new run.
     lab.run("sim.ron", "out", &["--set", "Gain.k=3"])
         .code(0)
         .tells(&["2 checkpoints of another run", "out/earlier_1"]);

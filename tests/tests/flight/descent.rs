@@ -284,7 +284,7 @@ fn a_parachute_opens_behind_a_payload() {
     let s = &rows[0];
     let i: Vec<Vec<f64>> = load["I"].as_array().unwrap().iter().map(row).collect();
     let inertia = list(&[i[0][0], i[1][1], i[2][2], i[0][1], i[0][2], i[1][2]]);
-    // There is only one gas constant, so that the speed of sound equals that of the reference.
+    // There is only one gas constant, so that the speed of sound equals the reference's.
     let sound = num(&input["sound"]);
     let text = format!(
         r#"Simulation(

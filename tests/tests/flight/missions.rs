@@ -276,7 +276,7 @@ fn four_wheels_turn_a_craft_and_keep_its_momentum() {
     println!("at the limit until {limited} s; wheels at 4000 s {:?} rpm", wheels(&sim));
     assert!((limited - 1273.0).abs() < 2.0, "{limited}");
     assert!(wheels(&sim).iter().all(|w| w.abs() < 50.0), "{:?}", wheels(&sim));
-    // After an orbit the pointing error is that of the README, both by the estimate and in truth.
+    // After an orbit the pointing error is as in the README, both by the estimate and in truth.
     sim.run_until(seconds(6000.0)).unwrap();
     let (estimate, truth) =
         (sim.get("Software.Pointing.error").unwrap(), rotation(&sim, "craft").angle());

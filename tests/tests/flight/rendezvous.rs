@@ -183,7 +183,7 @@ fn plumes_push_the_target_and_a_soft_capture_takes_what_is_left() {
         rotation(sim, "target").inverse() * (port(sim, "chaser", 1.0) - port(sim, "target", -1.5))
     };
     assert!((apart(&sim).norm() - 0.02).abs() < 1e-9, "{}", apart(&sim));
-    // The energy is that of the springs, of the motion about the common centre, and of the
+    // The energy includes the springs, the motion about the common centre, and the
     // rotation.
     let energy = |sim: &Simulation| {
         let turn = rotation(sim, "target").angle_to(&rotation(sim, "chaser"));

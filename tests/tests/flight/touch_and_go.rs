@@ -168,7 +168,7 @@ fn a_touch_and_go_at_an_asteroid_that_turns() {
     let mut sim = common::scene_with(touch, &text).unwrap();
     let [mut r, mut v, mut height, mut potential] = [Worst(0.0); 4];
     let (centroid, normal) = (vec3(&row(&contact["centroid"])), vec3(&row(&contact["normal"])));
-    // The reference has its own value of G; the polyhedron is that of the simulation.
+    // The reference has its own value of G; the polyhedron is from the simulation.
     let shape = Polyhedron::new(
         rows(&body["vertices_m"]).iter().map(|v| vec3(v)).collect(),
         &faces.iter().map(|f| [0, 1, 2].map(|k| f[k] as u32)).collect::<Vec<_>>(),

@@ -58,7 +58,7 @@ fn jeod_run_2_with_attitude() {
     assert!((b.angular - vec3(&all["initial_omega_run2"])).norm() < 1e-15);
     sim.run_until(seconds(28_800.0)).unwrap();
     let b = body(&sim, "craft");
-    // The steps are those of JEOD. An independent DOP853 differs from its result by 1.1e-5 m and
+    // The steps are JEOD's. An independent DOP853 differs from its result by 1.1e-5 m and
     // 1.4e-11°, and so does this run.
     Worst((b.position - vec3(&end["pos_m"])).norm()).below(2e-5, "position after 8 h, m");
     Worst((b.velocity - vec3(&end["vel_mps"])).norm()).below(2e-8, "velocity after 8 h, m/s");

@@ -60,7 +60,7 @@ fn units_for_another_platform_or_kind() {
     refused(&bench, PART, &["another platform", "plan9", &platform(2)]);
     pack(&file, &[("modelDescription.xml", text.as_bytes()), (&binary(2), b"no library")]);
     refused(&bench, PART, &["cannot be loaded"]);
-    // The library is that of the other version, whose functions have other names.
+    // The library is for the other version, whose functions have other names.
     let other = library(bench.dir.path(), 3, Model::Spring);
     pack(&file, &[("modelDescription.xml", text.as_bytes()), (&binary(2), &other)]);
     refused(&bench, PART, &["lacks the function `fmi2Instantiate`"]);

@@ -50,7 +50,7 @@ fn the_button_is_found_by_touch_and_clicks() {
             }
         });
         let (way, force) = click.unwrap();
-        // The button is pressed slowly: the force is that of the spring, of friction and of 2 N s/m
+        // The button is pressed slowly: the force includes the spring, friction and 2 N s/m
         // of damping at some mm/s.
         let spring = 400.0 * (way + 0.0025);
         println!("{wrong}: {:.2} N at {:.2} mm, to {:.2} mm", force, 1e3 * way, 1e3 * travel);
@@ -162,7 +162,7 @@ fn two_arms_carry_a_beam_between_their_palms() {
             if s.phase() != "carried" {
                 return;
             }
-            // The force is that of the right palm on the beam, in axes of the tool: y points
+            // The right palm exerts this force on the beam, in axes of the tool: y points
             // towards the left palm.
             let [x, y, z] = [0, 1, 2].map(|k| get(s, &format!("Mechanism.grip.force[{k}]")));
             needs = needs.max(x.hypot(z) / y);

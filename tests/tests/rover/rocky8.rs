@@ -180,7 +180,7 @@ fn masses_centre_of_mass_and_kinetic_energy_are_the_makers() {
             if name == "chassis" {
                 q[at..at + 3].copy_from_slice(place.as_slice());
                 q[at + 3..at + 7].copy_from_slice(turn.coords.as_slice());
-                // The body axes are those of the makers rotated by 180° about x; velocities are in the
+                // The body axes are the makers' axes rotated by 180° about x; velocities are in the
                 // world's axes.
                 let half = Quat::from_scaled_axis(Vec3::x() * std::f64::consts::PI);
                 let w = turn * Vec3::from_column_slice(&v[rate..rate + 3]);
@@ -220,7 +220,7 @@ fn it_settles_on_its_wheels() {
         let sum: f64 = loads.iter().sum();
         let pair = ["Left", "Right"].map(|s| sim.get(&format!("{BODY}Rocker{s}.angle")).unwrap());
         println!("{set:?}: {sum} N, {loads:?}, rockers {pair:?}");
-        // The weight is that of 51.84 kg at 9.81 m/s².
+        // The rover has 51.84 kg, so its weight is 508.6 N at 9.81 m/s².
         assert!((sum / 508.6 - 1.0).abs() < 1e-3, "{sum}");
         assert!(loads.iter().all(|n| *n > 40.0));
         let sum = pair[0] + pair[1];

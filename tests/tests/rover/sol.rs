@@ -75,7 +75,7 @@ fn a_sol_has_the_metrics_that_its_page_says() {
     close("least charge, %", 100.0 * charge[0], 62.9, 0.3);
     close("greatest charge, %", 100.0 * charge[1], 94.4, 0.3);
     close("charge at the end, %", 100.0 * get(&sim, "Power.Battery.charge"), 84.3, 0.3);
-    // The lowest temperatures are those of the thermostats.
+    // The thermostats determine the lowest temperatures.
     close("coldest electronics, °C", electronics[0] - 273.15, -30.0, 0.01);
     close("warmest electronics, °C", electronics[1] - 273.15, -7.3, 0.3);
     close("coldest battery, °C", battery[0] - 273.15, -20.0, 0.01);

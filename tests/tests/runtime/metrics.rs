@@ -75,7 +75,7 @@ fn check(f: &BTreeMap<String, f64>, tolerance: f64) {
 fn metrics_are_those_of_the_continuous_variable_for_every_integrator() {
     for (name, integrator) in Integrator::ALL {
         let order = integrator.method().order();
-        // The error with fixed steps is that of the method.
+        // With fixed steps the method has an error.
         let fixed = oscillator(name, "10 ms", "4 s");
         let tolerance = if order == 1 {
             3e-2

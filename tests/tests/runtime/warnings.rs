@@ -217,8 +217,8 @@ fn a_step_too_long_is_told_with_the_one_that_would_do() {
     for integrator in ["dormand_prince_54", "rodas4p"] {
         assert!(warnings(&stiff("6 ms", &format!("integrator: \"{integrator}\","))).is_empty());
     }
-    // The limit is that of a complete mechanism: back-EMF 55.6 N m s/rad on the 0.33 kg m² of a wheel, and the
-    // ground that it drives on.
+    // In a complete mechanism the limit comes from the back-EMF, 55.6 N m s/rad on the 0.33 kg m² of a wheel, and from the ground
+    // that it drives on.
     let set = ["step=30 ms".to_string()];
     let file = linkwork_tests::root().join("sims/rocky8/sim.ron");
     let ready = library().file(&file, &set, None).map_err(|f| f.render(false)).unwrap();
@@ -258,8 +258,8 @@ fn an_integrator_that_contact_replaces_is_told() {
         "{told}"
     );
     assert!(told.contains("write `compliant: true` in `contact`"), "{told}");
-    // There is no warning if the file does not write an `integrator`, if it writes that of contact, or if the forces
-    // are smooth and integrated.
+    // Nothing is replaced if the file does not write an `integrator`, if it writes the integrator of contact, or if the forces are
+    // smooth and integrated.
     assert!(warnings(&box_on_floor("", "")).is_empty());
     assert!(warnings(&box_on_floor("", "integrator: \"semi_implicit_euler\"")).is_empty());
     assert!(warnings(&box_on_floor("compliant: true", "integrator: \"rk4\"")).is_empty());

@@ -108,7 +108,7 @@ impl AttitudeFilter {
         let p = &self.p;
         let mut out = *d;
         let mut cov = M6::from_column_slice(&d.covariance);
-        // There is no previous sample to propagate from at the first sample.
+        // The first sample does not have a previous one to propagate from.
         if d.samples > 0.5 {
             // The gyro measures instantaneous rates; the mean of both ends approximates the rate in between.
             let w = (d.gyro + u.gyro) * 0.5 - d.bias;

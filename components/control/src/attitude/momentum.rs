@@ -125,7 +125,7 @@ impl Model for Desaturation {
     fn feedthrough(&self, u: &DesaturationIn) -> DesaturationOut {
         let square = u.field.norm_squared();
         let excess = u.momentum - self.p.wanted;
-        // If there is no field, the torque is zero.
+        // Without a field, the torque is zero.
         let dipole = if square > 0.0 {
             u.field.cross(&excess) * (-self.p.gain / square)
         } else {

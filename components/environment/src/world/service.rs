@@ -167,7 +167,7 @@ impl Inner {
         let mut seen = SunView::new(&(sun - r), self.params.solar_constant);
         match &planet.site {
             Some(_) if !planet.turning => seen.horizon(),
-            // Near the origin of W, the horizon is that of the local ground, so use a sphere that
+            // Near the origin of W, the local ground is the horizon, so use a sphere that
             // touches it.
             Some(s) if p.norm() < NEAR * s.pose.position.norm() => {
                 let radius = s.pose.position.norm();

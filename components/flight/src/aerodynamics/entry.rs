@@ -150,7 +150,7 @@ impl Model for EntryAerodynamics {
             (Curve::new(&p.drag, "drag")?, Curve::new(&p.lift_to_drag, "lift_to_drag")?);
         let drag = drag.not_negative("C_D", "drag")?;
         let heating = heating_constant(p.heating_constant, &p.atmosphere)?;
-        // If there is no lift, the vertical does not matter.
+        // Without lift, the vertical does not matter.
         let lifts = p.lift_to_drag.iter().any(|row| row[1] != 0.0);
         let vertical = match Vertical::new(p.world.as_ref(), p.gravity.as_ref()) {
             Ok(vertical) => vertical,

@@ -363,7 +363,7 @@ mod tests {
 
     #[test]
     fn without_a_plan_it_goes_on_by_the_quadratic_law_and_says_so() {
-        // There is no plan for a state below the glide slope.
+        // A state below the glide slope does not have a plan.
         let low = (Vec3::new(1500.0, 0.0, 150.0), Vec3::new(-20.0, 0.0, 2.0));
         let (r, v, _, y) = flown(params(), low, 1.0);
         assert!(!y.planned && y.propellant == 0.0 && (y.to_go - 70.0).abs() < 1e-9, "{y:?}");

@@ -335,7 +335,7 @@ mod tests {
             m.feedthrough(&x, &foot(z, Vec3::zeros())).force
         };
         assert_eq!(at(0.0, 0.1), 0.0);
-        // Initially the force is below that of the first stage, and the strut is elastic.
+        // Initially the force is below the crushing force of the first stage, and the strut is elastic.
         assert!((at(0.0, -1e-5) - 1000.0).abs() < 1e-9);
         assert_eq!(m.stage(0.04), Some(2000.0));
         assert_eq!((m.stage(0.06), m.stage(0.26)), (Some(6000.0), None));

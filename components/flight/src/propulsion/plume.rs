@@ -179,7 +179,7 @@ mod tests {
         let (s, c) = (PI / 6.0).sin_cos();
         let y = met(&plume(one(Vec3::z(), Vec3::new(4.0 * s, 0.0, -4.0 * c)), 8.0, 1.0), input());
         assert!((y.force - head_on * c.powi(9)).abs() < 1e-9);
-        // There is no force on the back of the panel or behind the nozzle.
+        // The back of the panel and panels behind the nozzle get no force.
         for (normal, centre) in [(-Vec3::z(), ahead), (-Vec3::z(), -ahead)] {
             assert_eq!(met(&plume(one(normal, centre), 8.0, 1.0), input()).force, 0.0);
         }

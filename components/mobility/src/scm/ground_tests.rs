@@ -366,7 +366,7 @@ fn a_second_pass_sinks_less_and_costs_less() {
     let rut = led.g.changed(&led.data).fold(0.0_f64, |a, (_, z, _)| a.min(z));
     let again = led.roll(0.0, 0.8, 0.02, 0.0, 0.0);
     println!("load {:.0} then {:.0} N at one depth, rut {rut:.4} m", first[2], again[2]);
-    // At the same depth, the rebound carries the wheel on both sides, and there is no resistance.
+    // At the same depth, the rebound carries the wheel on both sides, without resistance.
     assert!(rut < -0.015 && rut > -0.02);
     assert!(again[0].abs() < 0.05 * first[0].abs(), "{again:?} {first:?}");
     // The load of the first pass needs only a slightly larger depth.
@@ -525,7 +525,7 @@ fn outside_of_its_region_and_without_numbers_nothing_is_touched() {
     assert_eq!(data.nodes.bytes(), 0);
     let bad = ScmGroundParams { region: Some([0.0, 0.0, -1.0, 1.0]), ..params(0.02, plane(0.0)) };
     assert!(ScmGround::build(bad).err().unwrap().message.contains("is empty"));
-    // There is no force outside of the map.
+    // The force outside of the map is zero.
     let far = body(Form::Rim { radius: 0.25, width: 0.4 }, Vec3::new(1e4, 0.0, 0.2), Vec3::y());
     assert_eq!(ground(0.025).load(&data, &far, &law, &NONE, 0.0).force, Vec3::zeros());
 }

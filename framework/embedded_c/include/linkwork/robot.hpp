@@ -407,7 +407,7 @@ class Builder {
     return check(lw_builder_object_body(get(), name.c_str(), parent.c_str(), &hinge, at ? &*at : nullptr, mass,
                                         center.data(), inertia.data()));
   }
-  // Infinite for no limit.
+  // An infinite limit means that the hinge has no limit.
   Builder &limits(const std::string &body, double lower, double upper,
                   double rate = std::numeric_limits<double>::infinity(),
                   double effort = std::numeric_limits<double>::infinity()) {
@@ -523,7 +523,7 @@ class Robot {
     check(lw_robot_whole_jacobian(get(), part, J.data(), J.size()));
   }
 
-  // `gradient`: over the chain's degrees of freedom, or empty.
+  // The `gradient` is over the chain's degrees of freedom, or empty.
   LwManipulability manipulability(std::uint32_t part, std::uint32_t rows = LW_ROWS_ALL, double length = 1,
                                   Span<double> gradient = {}) {
     LwManipulability out;
@@ -584,7 +584,7 @@ class Robot {
   void held_still(Span<double> tau, Span<const LwPush> pushes = {}) {
     check(lw_robot_held_still(get(), pushes.data(), pushes.size(), tau.data(), tau.size()));
   }
-  // `tips`: six numbers for each part.
+  // The `tips` have six numbers for each part.
   void bias(Span<const double> v, Span<double> tau, Span<const std::uint32_t> parts = {},
             Span<double> tips = {}) {
     if (v.size() != tau.size() || tips.size() != 6 * parts.size())
@@ -631,7 +631,7 @@ class Robot {
   void add_hand_wrenches(std::uint32_t object, const std::array<LwWrench, 2> &wrenches, Span<double> tau) {
     check(lw_robot_add_hand_wrenches(get(), object, wrenches.data(), tau.data(), tau.size()));
   }
-  // weights: first hand, second hand, and 1 N m relative to 1 N.
+  // The weights are for the first hand, the second hand, and 1 N m relative to 1 N.
   LwHandWrenches split_hand_wrenches(std::uint32_t object, const std::array<LwWrench, 2> &wrenches,
                              std::array<double, 3> weights) {
     LwHandWrenches out;

@@ -104,7 +104,7 @@ impl<'g, G: FnMut(f64, f64) -> Option<(f64, Vec3)>> Rim<'g, G> {
                 break;
             }
             (last, new) = (new, self.at(Turn::of(x))?);
-            // At this point the rim still descends, and it has not risen in between, so the minimum
+            // At this point the rim still descends, and it did not rise in between, so the minimum
             // is beyond the point.
             if along(&new) < 0.0 && new.height < a.height {
                 a = new;
