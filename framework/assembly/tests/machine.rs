@@ -668,7 +668,7 @@ fn published_robots_are_imported_as_they_are_read() {
 #[test]
 fn moments_that_no_body_has_are_told_or_refused() {
     let dir = tempfile::tempdir().unwrap();
-    // Like TIAGo: a small negative moment.
+    // The finger has a small negative moment, as in TIAGo's file.
     let urdf = r#"<robot name="r"><link name="base"/><link name="finger"><inertial><mass value="0.1"/>
         <inertia ixx="-3.5e-8" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial></link>
         <joint name="turn" type="continuous"><parent link="base"/><child link="finger"/></joint></robot>"#;

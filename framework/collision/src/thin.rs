@@ -85,7 +85,7 @@ fn outline(points: &mut [Point], n: &Vec3, size: f64) -> usize {
     e[n.iamin()] = 1.0;
     let x = n.cross(&e);
     let y = n.cross(&x);
-    // Increases with the angle around the centre; a point in the centre has no angle.
+    // The value increases with the angle around the centre; a point in the centre has no angle.
     let around = |p: &Point| {
         let d = p.pb - mid;
         let (x, y) = (d.dot(&x), d.dot(&y));

@@ -87,7 +87,7 @@ impl Dofs {
             meets: Vec::new(),
             blocks: vec![Block::default(); padded / WIDEST],
         };
-        // Last dof of each slot, plus one.
+        // Each entry is the last dof of a slot, plus one.
         let mut last = vec![0; links.len() + 1];
         for (k, link) in links.iter().enumerate() {
             let (v, n) = (link.v as usize, link.kind.nv());
@@ -312,7 +312,7 @@ mod tests {
         for case in 0..200 {
             let nv = 1 + draw(40);
             let mut dofs = Dofs::default();
-            // The dofs inboard of the last one, with the base at the bottom.
+            // The path contains the dofs inboard of the last one, with the base at the bottom.
             let mut path = vec![0_u32];
             for i in 0..nv {
                 let up = if case % 4 == 0 { 0 } else { draw(path.len().min(1 + case % 4)) };

@@ -322,7 +322,7 @@ fn third_kind(n: f64, phi: f64, m: f64) -> f64 {
 
 #[test]
 fn the_elliptic_functions_of_this_test_are_right() {
-    // sn, cn, dn at m = 0 and at a quarter period, and their differential equation.
+    // Check sn, cn, dn at m = 0 and at a quarter period, and their differential equation.
     assert!((amplitude(0.7, 0.0) - 0.7).abs() < 1e-15);
     let (mut a, mut b) = (1.0_f64, 0.3_f64.sqrt());
     for _ in 0..8 {

@@ -161,7 +161,7 @@ fn forward_dynamics_by_differences() {
 
 #[test]
 fn sweeps_and_dense_products_agree() {
-    // More coordinates than the dense product supports.
+    // The mechanisms have more coordinates than the dense product supports.
     for seed in 0..6 {
         let c = case(seed, 25, seed % 3 == 2);
         let n = c.nv();

@@ -115,7 +115,7 @@ fn each_operator_and_its_transposed_and_its_inverse_are_what_they_say() {
         for op in &all {
             let (A, At) = (op.dense().unwrap(), op.t().dense().unwrap());
             same(&At, &A.transpose(), 1e-14, &format!("seed {seed}: ({op})*"));
-            // Products with a vector, and of the transpose with a vector.
+            // Check products with a vector, and of the transpose with a vector.
             let mut r = Rng(seed + 9);
             let (x, y) = (r.vec(A.ncols()), r.vec(A.nrows()));
             let Ax = op.apply(&x).unwrap();

@@ -301,7 +301,7 @@ fn no_error_allocates() {
         no(robot.jacobian(left, &mut own[..2]).unwrap_err());
         no(robot.whole_jacobian(left, &mut own[..2]).unwrap_err());
         no(robot.manipulability(left, Rows::All { length: 0.0 }, None).unwrap_err());
-        // Searches.
+        // Rejected searches do not allocate.
         no(robot.inverse_kinematics(left, &nowhere, Frame::World, &effort, &mut to).unwrap_err());
         no(robot.inverse_kinematics(left, &goal, Frame::World, &effort, &mut outside).unwrap_err());
         no(robot.inverse_kinematics(gripper, &goal, Frame::World, &effort, &mut to).unwrap_err());
@@ -311,7 +311,7 @@ fn no_error_allocates() {
         no(best.unwrap_err());
         no(robot.inverse_kinematics_all(&form, &goal, Frame::World, &short, &mut all).unwrap_err());
         no(robot.rates(left, &tips[0], &mut own[..1]).unwrap_err());
-        // Forces.
+        // Rejected calls for forces do not allocate.
         no(robot.gravity_forces(&mut own[..1]).unwrap_err());
         no(robot.held_still(&[lost], &mut out).unwrap_err());
         no(robot.feed_forward(&nan, &v, &[], &mut out).unwrap_err());
@@ -319,7 +319,7 @@ fn no_error_allocates() {
         no(robot.mass_matrix(&mut own[..1]).unwrap_err());
         no(robot.momentum(&nan).unwrap_err());
         no(robot.centroidal_matrix(&mut own[..1]).unwrap_err());
-        // Hands.
+        // Rejected calls for hands do not allocate.
         no(robot.grasp(left, beam, Grasp::Here).unwrap_err());
         no(robot.grasp(right, beam, Grasp::At(Pose::identity())).unwrap_err());
         no(robot.grasp(gripper, tool, Grasp::Here).unwrap_err());
@@ -363,7 +363,7 @@ fn no_error_allocates() {
         no(robot.grip(cup, &w, &[flat; 2]).unwrap_err());
         let none = HandWeights { moment: 0.0, ..weights };
         no(robot.split_hand_wrenches(cup, &w, &none).unwrap_err());
-        // Collisions.
+        // Rejected calls for collisions do not allocate.
         no(robot.collides(&short).unwrap_err());
         no(robot.first_hit(&nan).unwrap_err());
         no(robot.hits(&nan, &mut hits).unwrap_err());

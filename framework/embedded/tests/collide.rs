@@ -218,7 +218,7 @@ fn filters_follow_what_is_held() {
         let d = robot.distance(&q, handset, cradle).unwrap().unwrap().distance;
         let theirs = number(golden, "handset_to_cradle");
         assert!((d - theirs).abs() < 1e-8 * theirs, "{key} {d}");
-        // Distance and name of the nearest collider other than the cradle.
+        // The result is the distance and the name of the nearest collider other than the cradle.
         robot.distances(&q, f64::INFINITY, &mut apart).unwrap();
         let others =
             apart.iter().filter(|c| [c.a, c.b].contains(&handset) && ![c.a, c.b].contains(&cradle));

@@ -31,7 +31,7 @@ fn what_cannot_be_is_told() {
         assert!(said.contains("no part `lfet`") && said.contains("left"), "{said}");
         let mut at = pose(0.0);
         no(&two, LwStatus::Foreign, "", || lw_robot_tip_pose(r, 9, &mut at));
-        // Hands.
+        // These calls require objects in the hands.
         no(&two, LwStatus::NotHeld, "object 0", || lw_robot_release(r, LEFT, BEAM));
         assert_eq!(lw_robot_put(r, BEAM, &pose(0.5)), LwStatus::Ok);
         assert_eq!(lw_robot_grasp(r, LEFT, BEAM, null()), LwStatus::Ok);

@@ -36,7 +36,7 @@ impl Ports {
 pub(crate) fn port_name(name: &str) -> String {
     let plain: String =
         name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '_' }).collect();
-    // `a[1]` → `a_1`, `der(x)` → `der_x`.
+    // The names change as `a[1]` → `a_1`, `der(x)` → `der_x`.
     let plain = plain.trim_end_matches('_').to_string();
     match plain.chars().next() {
         None => "v".into(),

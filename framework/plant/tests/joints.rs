@@ -104,7 +104,7 @@ fn a_large_swing_loses_the_work_of_its_damping() {
     let d = 0.31;
     let track = track(&pendulum(pin().damping(d), 2.0, 0.7, Contact::Off), 2000);
     let power = |k: usize| d * track[k][2] * track[k][2];
-    // Simpson.
+    // The integral uses Simpson's rule.
     let lost: f64 = (0..1000)
         .map(|i| (power(2 * i) + 4.0 * power(2 * i + 1) + power(2 * i + 2)) * 0.001 / 3.0)
         .sum();
@@ -211,7 +211,7 @@ fn a_written_stop_has_its_stiffness_and_contact_its_own() {
     let stop = Stop::Soft { stiffness: 400.0, damping: 3.0 };
     let hinge = pin().limits(Limits::position(-0.3, 0.3)).stop(stop).damping(0.2);
     let [_, q, _] = track(&flag(hinge.clone(), Contact::Off), 8000)[8000];
-    // Spring and weight balance.
+    // The spring balances the weight.
     let sag = MASS * GRAVITY * ARM * q.cos() / 400.0;
     assert!((q - 0.3 - sag).abs() < 1e-4 * sag, "{q} {sag}");
     let deepest = track(&flag(hinge, Contact::On), 2000).iter().map(|x| x[1]).fold(0.0, f64::max);
@@ -224,7 +224,7 @@ fn smooth_friction_creeps_and_friction_with_contact_sticks() {
     let weight = MASS * GRAVITY * ARM;
     let friction = Friction { force: 1.5 * weight, rate: 0.01 };
     let [_, q, v] = track(&flag(pin().friction(friction), Contact::Off), 1000)[1000];
-    // force tanh(v / rate) = weight · cos q.
+    // The velocity follows from force tanh(v / rate) = weight · cos q.
     let creep = 0.01 * (q.cos() / 1.5f64).atanh();
     assert!((v - creep).abs() < 1e-6 && q > 0.005, "{q} {v} {creep}");
     let [_, q, v] = track(&flag(pin().friction(friction), Contact::On), 1000)[1000];
@@ -343,7 +343,7 @@ fn a_spring_stores_energy_and_a_damper_loses_it() {
         // The trapezoidal rule with 1 ms has an error of some 1e-6 J; the spring takes 1 J.
         assert!((y[0] + y[1] + y[2] - left).abs() < 1e-5, "{y:?} {left}");
     }
-    // A ball turned by 0.9 rad about an oblique axis.
+    // The ball is rotated by 0.9 rad about an oblique axis.
     let turn = linkwork_spatial::Quat::from_scaled_axis(Vec3::new(0.6, -0.6, 0.3));
     let q = turn.coords.iter().copied().collect::<Vec<_>>();
     let start = (q, vec![0.3, -0.2, 0.5]);

@@ -45,7 +45,7 @@ fn every_variable_is_read_under_its_own_path() {
     let variables = sim.plan().variables.clone();
     let paths: Vec<String> =
         variables.iter().filter(|(_, v)| all(v)).map(|(p, _)| p.clone()).collect();
-    // A rule for all variables, and one for only the second of two subhinges.
+    // The log has a rule for all variables, and one for only the second of two subhinges.
     let one = paths.iter().find(|p| p.starts_with("gantry[1]")).unwrap().clone();
     let rule = |paths: &[String], num| Rule {
         paths: paths.to_vec(),

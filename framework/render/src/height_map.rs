@@ -358,7 +358,7 @@ impl HeightMap {
         if above || below || (h00 + h10 + h01 + h11).is_nan() {
             return None;
         }
-        // Cell coordinates, 0 to 1, as linear functions of t.
+        // The cell coordinates, 0 to 1, are linear functions of t.
         let u0 = (line.o.x - self.origin[0]) * self.inverse[0] - i as f64;
         let v0 = (line.o.y - self.origin[1]) * self.inverse[1] - j as f64;
         let (du, dv) = (line.d.x * self.inverse[0], line.d.y * self.inverse[1]);

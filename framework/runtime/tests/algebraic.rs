@@ -56,7 +56,7 @@ fn a_linear_loop_takes_two_steps_at_most_and_keeps_the_order_of_the_integrator()
 
 #[test]
 fn a_nonlinear_loop_is_solved_and_cuts_leave_no_trace() {
-    // y = cos(y + t/10), and two loops that meet.
+    // The system has the loop y = cos(y + t/10), and two loops that meet.
     let s = with(
         vec![
             part("time", "t.integrator", &[("k", 0.1)], None),

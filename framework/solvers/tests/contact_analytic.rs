@@ -9,7 +9,7 @@ const EXACT: [Method; 3] = [Method::Auto, Method::GaussSeidel, Method::Newton];
 fn point(m: f64, v: [f64; 3], friction: f64) -> Case {
     let mut case = Case::new(3);
     let s = 1.0 / m.sqrt();
-    // Rows: normal z, tangents x, y.
+    // The rows are normal z, tangents x, y.
     let entries = [(0, [0.0, s, 0.0, 0.0]), (1, [0.0, 0.0, s, 0.0]), (2, [s, 0.0, 0.0, 0.0])];
     case.add(Cone::Coulomb { friction }, &entries, [v[2], v[0], v[1], 0.0]);
     case
@@ -34,10 +34,10 @@ fn a_point_sticks_slides_or_leaves() {
         let (l, _) = case.solve(method, 1e-12);
         near(&l[0], &[2.0 * m, -0.6 * m * 0.6, 0.6 * m * 0.8, 0.0], 1e-12);
         near(&case.velocities(&l)[0], &[0.0, 3.0 - 0.36, -4.0 + 0.48, 0.0], 1e-12);
-        // Leave.
+        // The point leaves the contact.
         let (l, _) = point(m, [3.0, -4.0, 0.2], 0.3).solve(method, 1e-12);
         assert_eq!(l[0], [0.0; 4]);
-        // No friction.
+        // The point slides without friction.
         let (l, _) = point(m, [3.0, -4.0, -2.0], 0.0).solve(method, 1e-12);
         near(&l[0], &[2.0 * m, 0.0, 0.0, 0.0], 1e-12);
     }
@@ -190,7 +190,7 @@ fn redundant_equalities_are_no_trouble() {
         let mut case = Case::new(4);
         for k in 0..3 {
             let d = before[k] - before[k + 1];
-            // Two identical rows in one group.
+            // The group has two identical rows.
             let (a, b) = (s(k), -s(k + 1));
             case.add(
                 Cone::Equality { rows: 2 },

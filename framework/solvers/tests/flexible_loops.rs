@@ -214,7 +214,7 @@ fn a_truss_of_two_beams_carries_its_load() {
     let (tree, nv) = (Tree::new(&mbs), mbs.nv());
     let (mut ws, mut solver) =
         (Workspace::new(&tree), ConstrainedSolver::new(&tree, |_| ConstraintMethod::Auto));
-    // Stretch of each rod under its share of the load: η = φ(tip) N / k.
+    // Each rod stretches under its share of the load: η = φ(tip) N / k.
     let F = 1000.0;
     let N = F / (2.0 * 1.0_f64.sin());
     let modes = mbs.bodies()[0].modes().unwrap();

@@ -48,7 +48,7 @@ impl Planet {
                 ring => radius * std::f64::consts::PI * f64::from(ring) / f64::from(RINGS),
             };
             let (sin, cos) = (way / radius).sin_cos();
-            // Spacing between rings.
+            // This is the spacing between rings.
             let even = radius * std::f64::consts::PI / f64::from(RINGS);
             let apart = if site { (way * (growth - 1.0)).max(FIRST) } else { even };
             let down = sink * (2.0 - way / clear.max(1e-9)).clamp(0.0, 1.0);

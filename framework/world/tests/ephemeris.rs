@@ -115,7 +115,7 @@ fn ellipses_agree_with_plan94() {
 fn velocities_are_rates_of_positions() {
     let bodies = [
         (Body::Sun, Body::Earth, 1e-7),
-        // `moon98` neglects precession in its velocity: 3 mm/s.
+        // The velocity of `moon98` neglects precession, which is 3 mm/s.
         (Body::Moon, Body::Earth, 4e-6),
         (Body::Moon, Body::Sun, 1e-6),
         (Body::Mars, Body::Earth, 3e-4),

@@ -217,8 +217,8 @@ fn every_assembly_is_right() {
                 _ => &[],
             };
             let said = lab.linkwork(&[&["check", &path.display().to_string()], set].concat());
-            // Assemblies that `linkwork new rover` mounts on existing bodies: sims/cli/tests/make.rs checks them completely. The solar panel is
-            // attached to a body and requires a sun.
+            // The command `linkwork new rover` mounts these assemblies on existing bodies: sims/cli/tests/make.rs
+            // checks them completely. The solar panel is attached to a body and requires a sun.
             let mounted = ["wheel_drive", "wheel_idle", "steering_drive", "power_solar"];
             if mounted.iter().any(|m| path.file_stem().unwrap() == *m) {
                 said.code(2).tells(&["error: ", "help: "]);

@@ -189,8 +189,8 @@ fn a_checkpoint_that_is_asked_for_takes_no_tick_of_the_metrics_away() {
         let all = ramps(&rows[..set]) + 1e-3 * rows[set - 1] + ramps(&rows[set..]);
         let wanted = all / (1e-3 * (rows.len() - 1) as f64);
         let told = lab.summary(out)["metrics"]["mean speed"][0].as_f64().unwrap();
-        // Tolerance of the reference: it keeps the rate constant in the last step before the set, where it changes by some thousandths, and
-        // integrates the 1 ms rows by trapezoids.
+        // The tolerance is due to the reference: it keeps the rate constant in the last step before the set, where it
+        // changes by some thousandths, and integrates the 1 ms rows by trapezoids.
         assert!((told - wanted).abs() < 1e-4 * wanted.abs(), "{out}: {told} against {wanted}");
     }
 }

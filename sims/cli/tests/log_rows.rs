@@ -125,7 +125,8 @@ fn on_change_a_row_is_written_when_a_value_is_not_that_of_the_last() {
     same(&few, &expected, "few");
     assert_eq!(few["Ball.impacts"].y[..3], [0.0, 1.0, 2.0]);
     verified(&lab, "few");
-    // A window with `on_change`: its first row is written when it differs from the last row of the window before.
+    // The first row of a window with `on_change` is written when it differs from the last row of the window
+    // before.
     let both = r#"[(channels: ["Ball.impacts"], on_change: true, around: (when: "Ball.height < 1 cm", before: "20 ms", after: "30 ms"))]"#;
     let both = run(&lab, "both", &ball(both), &[]);
     assert_eq!(both["Ball.impacts"].y[..3], [0.0, 1.0, 2.0]);

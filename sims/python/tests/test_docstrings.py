@@ -247,7 +247,8 @@ def shown(texts):
 @pytest.mark.parametrize("name", sorted(CLASSES))
 def test_what_python_calls_by_itself_is_shown(name, tmp_path):
     cls = CLASSES[name]
-    # The special methods that the class defines. For compiled classes pyo3 defines both methods of a pair.
+    # These are the special methods that the class defines. For compiled classes pyo3 defines both methods
+    # of a pair.
     mine = {m for m in SPECIAL if m in vars(cls)}
     if not mine:
         return

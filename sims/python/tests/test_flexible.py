@@ -24,7 +24,8 @@ def cantilever(modes):
 
 def test_a_beam_has_its_frequencies():
     modes = beam(bending_z=3, twist=1, stretch=1)
-    # Euler–Bernoulli: 1.8751, 4.6941, 7.8548; the rotary inertia of the sections reduces it by some 1e-4.
+    # The frequencies of Euler–Bernoulli beams have the factors 1.8751, 4.6941, 7.8548; the rotary inertia
+    # of the sections reduces them by some 1e-4.
     lengths = np.array([1.87510407, 4.69409113, 7.85475744])
     bending = lengths**2 * np.sqrt(YOUNG * SECOND / (DENSITY * AREA * LENGTH**4)) / (2 * np.pi)
     assert modes.frequencies[:3] == pytest.approx(bending, rel=3e-3)
@@ -49,7 +50,7 @@ def test_a_beam_bends_under_a_force():
     K = beam(bending_z=6).stiffness
     force = np.array([0, 0, 0, 0, 0, 10.0])
     eta = np.linalg.solve(K, J.T @ force)
-    # P L³ / (3 E I), except for the modes above the sixth.
+    # The deflection is P L³ / (3 E I), except for the modes above the sixth.
     assert (J @ eta)[5] == pytest.approx(10 * LENGTH**3 / (3 * YOUNG * SECOND), rel=1e-3)
     # There, the beam is at rest under gravity alone.
     with_force = m.inverse_dynamics(eta, zero, zero, wrenches={"tip": force})
@@ -98,7 +99,7 @@ ELSEWHERE = {"show", "fit_inertia", "calibrate_frames"}
 
 def given(m):
     """Return a value for a parameter with this name."""
-    # The closure of the loop.
+    # The state closes the loop.
     q, v = m.close(m.initial_q, m.random_v(1))
     numbers = {"q": q, "q_from": q, "q_to": q, "v": v, "tau": v, "vdot": v, "dv": v, "x": v, "dt": 1e-4, "steps": 3}
     names = {"frame": "rod", "frames": ["rod"], "body": "rod", "name": "rod", "bodies": ["crank"]}

@@ -48,7 +48,7 @@ fn a_spacecraft_touches_a_small_body_and_backs_away() {
     println!("{used} kg used; at the end {} at {}", over.0, over.1);
     assert!((velocity.z + 0.1).abs() < 5e-4 && (velocity.xy().norm() - 1.8e-3).abs() < 5e-4);
     assert!((miss - 0.004).abs() < 1e-3, "{miss}");
-    // Spring and damper decelerate the whole mass: z̈ = −(k z + c ż)/m from the touch speed.
+    // Spring and damper decelerate the whole mass from the touch speed by z̈ = −(k z + c ż)/m.
     let (k, c, mass) = (150.0_f64, 100.0, 1300.0 - used);
     let (w, zeta) = ((k / mass).sqrt(), c / (2.0 * (k * mass).sqrt()));
     let root = (1.0 - zeta * zeta).sqrt();

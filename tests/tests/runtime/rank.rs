@@ -226,7 +226,8 @@ fn a_parallelogram_passes_the_positions_in_line() {
                     .unwrap_or_else(|e| panic!("{e}"));
                 let done = sim.run_until(Seconds { num: 10, den: 1 });
                 let [v, h] = ["v0.angle", "h0.angle"].map(|n| sim.get(n).unwrap());
-                // Known limitation: the stiff method at this accuracy may end the run with a message.
+                // It is a known limitation that the stiff method at this accuracy may end the run
+                // with a message.
                 if done.is_err() && integrator.contains("rodas4p") && integrator.contains("1e-12") {
                     ended += 1;
                     continue;

@@ -290,7 +290,7 @@ mod tests {
 
     #[test]
     fn the_first_sample_is_as_gusty_as_any() {
-        // Statistics over many seeds, from the noise of many first samples.
+        // The statistics are over many seeds, from the noise of many first samples.
         let m = gusts(Some((Vec3::repeat(533.4), Vec3::new(1.0, 2.0, 3.0))));
         let (n, u) = (20_000, flying(f64::NAN));
         let mut sums = Vec3::zeros();

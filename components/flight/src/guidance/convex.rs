@@ -217,7 +217,7 @@ pub fn plan(d: &Descent, time: f64, nodes: usize) -> Result<Vec<Node>, NoPlan> {
         rows.row(&[(at(k + 1, z), 1.0), (at(k, z), -1.0), (at(k, s), h), (at(k + 1, s), h)], 0.0);
     }
     let mut cones = vec![SupportedConeT::ZeroConeT(rows.b.len())];
-    // Inequalities.
+    // The following rows are inequalities.
     let before = rows.b.len();
     let least = |k: usize| (d.mass - alpha * high * dt * k as f64).max(0.5 * d.dry).ln();
     for k in 0..=nodes {

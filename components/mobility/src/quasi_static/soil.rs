@@ -161,7 +161,8 @@ impl Model for WheelSoilQuasiStatic {
         let (modulus, exponent) = soil.press(&now);
         let [heading, across] = wheel.axes;
         let pushes = heading * (forwards * is.fx) + across * is.fy;
-        // Moment of the stresses about the hub, minus the moment of their resultant at the contact point.
+        // This is the moment of the stresses about the hub, minus the moment of their resultant at the
+        // contact point.
         let arm = wheel.point - wheel.hub.position;
         let moment = heading * (is.mx + arm.dot(&across) * load) - wheel.hub.axle * torque
             + wheel.normal * (forwards * is.mz)

@@ -125,7 +125,7 @@ const SCRAPS: &[&str] = &[
 #[test]
 fn damaged_texts_are_read_as_ron_reads_them_or_rejected() {
     let all = texts();
-    // A linear congruential generator with a fixed seed.
+    // The numbers are from a linear congruential generator with a fixed seed.
     let mut seed = 20_261_126_u64;
     let mut below = |n: usize| {
         seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

@@ -86,7 +86,7 @@ pub(super) fn segment_box(a: &Placed, h: f64, b: &Placed, half: &Vec3) -> Gap {
 pub(super) fn segment_cylinder(a: &Placed, h: f64, b: &Placed, r: f64, height: f64) -> Gap {
     let z: Vec3 = a.R.column(2).into_owned();
     let (p, u) = (b.R.tr_mul(&(a.p - b.p)), b.R.tr_mul(&z));
-    // The vector from the nearest point of the cylinder, f' and f''.
+    // The function returns the vector from the nearest point of the cylinder, f' and f''.
     let at = |t: f64| {
         let x = p + u * t;
         let s = (x.x * x.x + x.y * x.y).sqrt();

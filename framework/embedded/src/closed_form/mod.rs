@@ -375,7 +375,7 @@ fn parallel(arm: &Arm, X: &Pose, near: &[f64; 6], out: &mut Solutions) {
     for q1 in height(&-h[0], &n, &to, n.dot(&(p[4] - p[0])), near[0]).iter() {
         let back = |v: Vec3| turned_back(&h[0], q1, &v);
         for q5 in height(&h[4], &n, &h[5], n.dot(&back(R * h[5])), near[4]).iter() {
-            // The direction n in the frame of the tip.
+            // This is the direction n in the frame of the tip.
             let seen = R.inverse() * turned(&h[0], q1, &n);
             let q6 = onto(&-h[5], &turned_back(&h[4], q5, &n), &seen, near[5]);
             let off = across(&n);

@@ -130,7 +130,7 @@ mod tests {
         assert_eq!(read(&bytes), Ok(triangle.clone()));
         bytes[80] = 7;
         assert!(read(&bytes).is_err_and(|e| e.contains("after 1 of 7 triangles")));
-        // Two triangles; three bytes of attributes follow the first one.
+        // The file has two triangles; three bytes of attributes follow the first one.
         let mut bytes = vec![b'x'; 80];
         bytes.extend(2u32.to_le_bytes());
         for count in [3u16, 0] {

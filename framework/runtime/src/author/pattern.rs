@@ -13,7 +13,7 @@ pub fn path_matches(pattern: &str, path: &str) -> bool {
         return false;
     }
     let path: Vec<&str> = path.split(['.', '/']).collect();
-    // now[j]: the processed part of the pattern matches the first j segments.
+    // If now[j] is set, the processed part of the pattern matches the first j segments.
     let mut now = vec![false; path.len() + 1];
     now[0] = true;
     for segment in pattern.split(['.', '/']) {

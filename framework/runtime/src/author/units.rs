@@ -86,7 +86,7 @@ const TABLE: &[(&str, [i8; 8], f64, bool)] = &[
 ];
 const PREFIXES: &[(&str, f64)] = &[
     ("n", 1e-9),
-    // The micro sign, and the Greek letter that looks like it.
+    // The two characters are the micro sign, and the Greek letter that looks like it.
     ("\u{b5}", 1e-6),
     ("\u{3bc}", 1e-6),
     ("u", 1e-6),
@@ -304,7 +304,7 @@ mod tests {
         assert_eq!(Unit::parse("mm").unwrap().scale, 1e-3);
         assert_eq!(Unit::parse("min").unwrap().scale, 60.0);
         assert_eq!(Unit::parse("km/h").unwrap().scale, 1e3 / 3600.0);
-        // The values of NIST SP 811, appendix B.8; psi to the seven digits given there.
+        // The values are from NIST SP 811, appendix B.8; psi has the seven digits given there.
         for (text, si, value) in [
             ("kn", "m/s", 1852.0 / 3600.0),
             ("nmi", "m", 1852.0),

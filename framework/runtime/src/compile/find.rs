@@ -130,7 +130,7 @@ impl<'a, 'b> Finder<'a, 'b> {
             if let Some(at) = lanes.iter().position(|(n, _)| *n == sub) {
                 return Ok((found, at, 1));
             }
-            // A group such as `state.position`.
+            // The path may name a group such as `state.position`.
             let within =
                 |n: &str| n.strip_prefix(&*sub).is_some_and(|inner| inner.starts_with('.'));
             let group = lanes.iter().filter(|(n, _)| within(n)).count();

@@ -44,7 +44,7 @@ pub(super) struct Flat {
 impl Flat {
     pub(super) fn new(parts: &[Part<'_>], c: &Connections) -> Flat {
         let mut ops = Vec::new();
-        // The operation `outputs` of each block.
+        // Each entry is the operation `outputs` of a block.
         let mut state_outputs = vec![NONE; parts.len()];
         for (k, part) in parts.iter().enumerate() {
             let f = part.prototype.description().functions;

@@ -49,7 +49,7 @@ fn solve(
             sig[from + i] = sig[*t as usize];
             sig[right + i] = sig[*s as usize] - sig[*t as usize];
         }
-        // Columns of J = ∂s/∂t − 1.
+        // These are the columns of J = ∂s/∂t − 1.
         for (j, (t, ..)) in l.tears.iter().enumerate() {
             let t = *t as usize;
             let h = 1e-7 * sig[from + j].abs().max(sig[right + j].abs()).max(1e-3);

@@ -440,7 +440,7 @@ fn discrete(
     let mut both = DMatrix::zeros(n + m, n + m);
     both.view_mut((0, 0), (n, n)).copy_from(&(A * period));
     both.view_mut((0, n), (n, m)).copy_from(&(B * period));
-    // Scaling and squaring with a Taylor series.
+    // The exponential is computed by scaling and squaring with a Taylor series.
     let norm = both.norm();
     if !norm.is_finite() {
         return None;

@@ -275,7 +275,7 @@ impl Newton {
             let (dof, e) = problem.entries(g);
             let H = &self.H[g];
             for (&i, left) in dof.iter().zip(e) {
-                // Row i of Eᵀ H.
+                // This is row i of Eᵀ H.
                 let mut row = [0.0; 4];
                 for k in 0..4 {
                     row = axpy4(left[k], &H[k], row);

@@ -187,7 +187,7 @@ impl Run {
 fn nothing(_: &Tree, _: &mut Workspace, _: &mut [f64]) {}
 
 fn rod(mass: f64, com: Vec3, along: Vec3, length: f64, width: f64) -> MassProperties {
-    // A prism with square cross-section.
+    // The body is a prism with a square cross-section.
     let (across, axial) =
         (mass * (length * length + width * width) / 12.0, mass * width * width / 6.0);
     let I = Mat3::from_diagonal(&along.map(|a| if a == 0.0 { across } else { axial }));
@@ -482,12 +482,12 @@ pub fn a05_symmetric(t: f64, h: f64) -> [f64; 3] {
     let f = move |_: f64, x: &[f64], d: &mut [f64]| {
         let (a, s, psi1, a1, s1) = (x[0], x[1], x[2], x[3], x[4]);
         let (sin, cos) = a.sin_cos();
-        // Inertia about the shaft, and its derivative with respect to a.
+        // This is the inertia about the shaft, and its derivative with respect to a.
         let J = fixed
             + 2.0
                 * (across * sin * sin + slim * cos * cos + 0.1 * first * sin + 0.0025 * (m + ball));
         let dJ = 2.0 * (2.0 * (across - slim) * sin * cos + 0.1 * first * cos);
-        // Spring from (0.05, s) to the rod's middle.
+        // The spring extends from (0.05, s) to the rod's middle.
         let arm = [0.5 * sin, 1.0 - 0.5 * cos - s];
         let l = arm[0].hypot(arm[1]);
         let (la, ls) = ((arm[0] * 0.5 * cos + arm[1] * 0.5 * sin) / l, -arm[1] / l);

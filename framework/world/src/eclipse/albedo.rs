@@ -52,7 +52,8 @@ pub fn planet_light(r: &Vec3, to_sun: &Vec3, radius: f64, albedo: f64, emissivit
         let solid = ratio * ratio * sin * cos / cos_psi
             * (0.25 * PI * weight)
             * (2.0 * PI / SECTORS as f64);
-        // Angle at the planet's centre between the ground point and the spacecraft's vertical.
+        // The angle at the planet's centre is between the ground point and the spacecraft's
+        // vertical.
         let (sin_theta, cos_theta) = (chi - sin_psi.asin()).sin_cos();
         for k in 0..SECTORS {
             let (s, c) = ((k as f64 + 0.5) * 2.0 * PI / SECTORS as f64).sin_cos();

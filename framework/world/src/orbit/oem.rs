@@ -270,7 +270,7 @@ impl Segment {
 /// Evaluates Hermite's polynomial through positions and velocities, by divided differences over doubled nodes.
 fn hermite(rows: &[(Epoch, PointMotion)], at: &Epoch) -> PointMotion {
     let start = rows[0].0;
-    // Times relative to the length of the interval.
+    // The times are relative to the length of the interval.
     let length = rows[rows.len() - 1].0.since(&start);
     let nodes: Vec<f64> = rows.iter().flat_map(|(t, _)| [t.since(&start) / length; 2]).collect();
     let mut table: Vec<Vec3> = rows.iter().flat_map(|(_, s)| [s.position; 2]).collect();
@@ -288,7 +288,7 @@ fn hermite(rows: &[(Epoch, PointMotion)], at: &Epoch) -> PointMotion {
         coefficients.push(table[0]);
     }
     let s = at.since(&start) / length;
-    // Horner's scheme, including the derivative.
+    // Horner's scheme evaluates the polynomial and its derivative.
     let (mut position, mut rate) = (Vec3::zeros(), Vec3::zeros());
     for (k, c) in coefficients.iter().enumerate().rev() {
         rate = rate * (s - nodes[k]) + position;

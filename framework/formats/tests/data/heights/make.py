@@ -93,7 +93,7 @@ with rasterio.open("f32_degrees_mars.tif", "w", driver="GTiff", width=NX, height
                    transform=from_origin(77.4, 18.595, 0.01, 0.01)) as f:
     f.write(numpy.where(hole, -9999.0, heights).astype("float32"), 1)
 
-# Compressions.
+# These files use different compressions.
 write("f32_zstd.tif", "float32", heights, -9999.0, compress="zstd", **tiles)
 write("f32_lerc.tif", "float32", heights, -9999.0, compress="lerc")
 

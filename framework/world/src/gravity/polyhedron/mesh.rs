@@ -72,7 +72,8 @@ pub(super) fn edges(vertices: &[Vec3], faces: &[Face]) -> Result<Vec<Edge>, Worl
         let along = vertices[b as usize] - vertices[a as usize];
         let length = along.norm();
         let along = along / length;
-        // Vector out of the face across its edge: along × normal, for the direction in which the face traverses the edge.
+        // The vector points out of the face across its edge: it is along × normal, for the direction in which the face
+        // traverses the edge.
         let (n_A, n_B) = (faces[A].normal, faces[B].normal);
         let (e_A, e_B) = (along.cross(&n_A), -along.cross(&n_B));
         let E = n_A * e_A.transpose() + n_B * e_B.transpose();
