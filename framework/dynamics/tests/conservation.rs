@@ -97,7 +97,7 @@ fn momentum_of_a_floating_tree_does_not_change() {
             total += f;
         }
         let left = total.moment.norm().max(total.force.norm());
-        // Measured 4e-15.
+        // Measured: 4e-15.
         assert!(left <= 1e-12 * size, "seed {seed}: {left:e} of {size:e}");
         assert!(com_acceleration(&tree, &ws).norm() < 1e-11 * size, "seed {seed}");
     }

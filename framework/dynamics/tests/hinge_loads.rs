@@ -72,7 +72,7 @@ fn a_load_is_the_sum_over_the_bodies_outboard() {
             let want = [back * force, back * moment].map(|x| [x.x, x.y, x.z]).concat();
             let size = force.norm() + moment.norm() + 100.0;
             let error = got.iter().zip(&want).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            // Measured at most 2e-12.
+            // Measured: at most 2e-12.
             assert!(error < 1e-10 * size, "seed {seed} {body:?}: {got:?} {want:?}");
             count += 1;
         }

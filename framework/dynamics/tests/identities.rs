@@ -43,7 +43,7 @@ fn inverse_inverts_forward_and_both_agree_with_the_mass_matrix() {
         forward_dynamics_given_kinematics(&c.tree, &mut c.ws, &mut tau, &mut vdot).unwrap();
         assert_eq!(given, tau, "seed {seed}: tau is only read at free coordinates");
         inverse_dynamics_given_kinematics(&c.tree, &mut c.ws, &vdot, &mut back);
-        // Measured at most 1e-12, because large forces cancel in some of these chains.
+        // Measured: at most 1e-12, because large forces cancel in some of these chains.
         close(&back, &tau, 1e-11, &format!("seed {seed}, inverse of forward"));
 
         // Solve M β̇ + C = τ with a dense matrix.

@@ -82,7 +82,7 @@ fn the_inverse_is_that_of_the_free_block() {
         for i in (0..n).filter(|i| fixed[*i]) {
             want[(i, i)] = 0.0;
         }
-        // Measured 3e-13, with condition numbers of some 1e4.
+        // Measured: 3e-13, with condition numbers of some 1e4.
         close(X.as_slice(), want.as_slice(), 1e-11, &format!("seed {seed}, inverse"));
         let mut x = Rng(seed).vec(n);
         let want = times(&X, &x);
@@ -126,7 +126,7 @@ fn jacobians_give_velocities_accelerations_and_forces() {
         };
         let h = 1e-5;
         let difference = (moved(h) - moved(-h)) / (2.0 * h);
-        // Measured 1e-8: the truncation of central differences at this step.
+        // Measured: 1e-8, which is the truncation of central differences at this step.
         close(rate.as_slice(), difference.as_slice(), 1e-7, &at("rate"));
         close(moved(0.0).as_slice(), J.as_slice(), 1e-13, &at("along the path"));
 
@@ -154,7 +154,7 @@ fn compliance_is_that_of_the_dense_matrices() {
         let mut compliance = Compliance::new(&c.tree, &nodes);
         let mut out = vec![0.0; compliance.size() * compliance.size()];
         compliance.compute(&c.tree, &mut c.ws, &mut out).unwrap();
-        // Measured 2e-14.
+        // Measured: 2e-14.
         close(&out, want.transpose().as_slice(), 1e-12, &format!("seed {seed}"));
     }
 }

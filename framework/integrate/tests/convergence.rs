@@ -67,7 +67,7 @@ fn every_dense_output_has_its_order() {
         let e = h.map(&mut error);
         let rates = [(e[0] / e[1]).log2(), (e[1] / e[2]).log2()];
         println!("{name}: dense order {q}, measured {rates:.2?} − 1, errors {}", short(&e));
-        // Measured within 0.4.
+        // Measured: within 0.4.
         assert!((rates[1] - q - 1.0).abs() < 0.6, "{name}: {rates:?}, errors {e:?}");
     }
 }

@@ -259,7 +259,7 @@ fn a_ball_bounces_at_the_times_of_the_closed_form() {
                 k += 1;
                 let (t, count) = (sim.time(), sim.get("ball.state.count").unwrap());
                 assert_eq!(count, f64::from(k));
-                // Measured 3e-12 at the most.
+                // Measured: 3e-12 at the most.
                 assert!((t - impact(k)).abs() < 1e-9, "{integrator:?}, {k}: {t} {}", impact(k));
                 assert_eq!(sim.get("ball.state.last").unwrap(), t);
             }

@@ -253,7 +253,7 @@ fn a_piece_at_zero_is_that_behind_its_event() {
     let mut sim = Simulation::new(Arc::new(compile(&s, &catalogue(), &Files::default()).unwrap()));
     let state =
         |sim: &Simulation| (sim.get("mass.at").unwrap() > 0.0, sim.get("sign.y").unwrap() > 0.5);
-    // `row`: whether the position was above zero at the last row. It passes zero at most once
+    // The value `row` states whether the position was above zero at the last row. It passes zero at most once
     // between two rows.
     let (mut row, mut early, mut late) = (true, 0, 0);
     while sim.time() < 12.0 {

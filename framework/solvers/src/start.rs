@@ -208,7 +208,8 @@ impl Start<'_> {
         if left <= CLOSED {
             return Ok(());
         }
-        // If the branch of the other coordinates is not determined, follow from the neutral configuration.
+        // If the branch of the other coordinates is not determined, the closed start is followed from the
+        // neutral configuration.
         let mut off = still;
         let mbs = self.tree.multibody();
         mbs.difference(&mbs.neutral_q(), q, &mut off);

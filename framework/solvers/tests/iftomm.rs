@@ -111,13 +111,13 @@ fn a04_bricard() {
             let P3 = run.place("P3");
             let off = apart(P3.as_slice(), &want);
             worst = worst.max(off);
-            // Measured 3.3e-11 at all times.
+            // Measured: 3.3e-11 at all times.
             assert!(off < BRICARD_SURE, "{with:?} {k} s: {off:e}");
         }
         let (lost, contradiction) = (run.lost, run.contradiction);
         println!("A04 {with:?}: {worst:e} m, {drift:e} J, {lost} {contradiction:e}");
         assert!(drift < 1e-9, "{with:?}: {drift:e}");
-        // Measured 2.1e-6, because the stages of a step do not close the loop exactly.
+        // Measured: 2.1e-6, because the stages of a step do not close the loop exactly.
         assert!(contradiction < 1e-5, "{with:?}: {contradiction:e}");
         if with != With::Embedded {
             assert_eq!(lost, 1, "{with:?}");
@@ -175,7 +175,7 @@ fn a05_equations() {
         let got = a05_symmetric(t, 2e-5);
         let off = apart(&got, &want);
         println!("A05 equations {t} s: {off:e}");
-        // Measured 6e-13, and 1.9e-12 at 10 s.
+        // Measured: 6e-13, and 1.9e-12 at 10 s.
         assert!(off < 5e-12, "{t}: {got:?} {want:?}");
     }
 }

@@ -386,7 +386,7 @@ fn far_starts_close_by_shorter_steps() {
             let done = Projector::new(&tree).positions(&tree, &mut ws, &mut solver, &[], &mut q);
             closed += usize::from(done.is_ok());
         }
-        // Measured 100.
+        // Measured: 100.
         assert!(closed >= 98, "{t:?}: {closed} of 100 closed");
     }
 }

@@ -161,7 +161,7 @@ impl Attempt {
         let got = [below[0], below[1], below[2], back];
         println!("{name} at {mu:.3} stands: {got:.2?} N, balance {want:.2?}");
         for (got, want) in got.iter().zip(&want) {
-            // Measured 7e-3 N of 4 kN; the solver's tolerance is 1e-6 of its impulses.
+            // Measured: 7e-3 N of 4 kN; the solver's tolerance is 1e-6 of its impulses.
             assert!((got - want).abs() < 0.05, "{name} at {mu}: {got} {want}");
         }
     }
@@ -180,7 +180,7 @@ impl Attempt {
         z[self.wheel] = 0.5 * (low + high);
         let asked = rover.required(z, self.wheel, 0.0);
         println!("{name} at {mu:.5} hangs at {low:.4} … {high:.4} m; its middle asks {asked:.5}");
-        // Measured 3e-5.
+        // Measured: 3e-5.
         assert!((asked - mu).abs() < 2e-4, "{name}: {asked} {mu}");
     }
 

@@ -32,7 +32,7 @@ def test_a_beam_has_its_frequencies():
     assert modes.frequencies[3] == pytest.approx(np.sqrt(26e9 * 0.141 * SIDE**4 / (DENSITY * 2 * SECOND)) / (4 * LENGTH), rel=1e-6)
     assert modes.frequencies[4] == pytest.approx(np.sqrt(YOUNG / DENSITY) / (4 * LENGTH), rel=1e-6)
     assert modes.mass == pytest.approx(DENSITY * AREA * LENGTH, rel=1e-12) and modes.count == 5
-    # The equations of motion contain them: η'' = −ω² η in addition to gravity.
+    # The equations of motion have the same frequencies: η'' = −ω² η in addition to gravity.
     m = cantilever(modes)
     small, zero = 1e-7 * np.eye(5), np.zeros(5)
     at_rest = m.forward_dynamics(zero, zero, zero)

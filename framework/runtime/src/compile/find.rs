@@ -114,7 +114,7 @@ impl<'a, 'b> Finder<'a, 'b> {
     ) -> Result<(FoundPort<'a>, usize, usize), NewFault> {
         let (k, port) = self.split(end, wire, origin)?;
         let path = &self.parts[k].spec.path;
-        // The name of a port may have dots itself (`wheels[2].rate`): the longest name that fits.
+        // The name of a port may have dots itself (`wheels[2].rate`): the longest name that fits counts.
         let mut names = std::iter::successors(Some(&*port), |name| Some(name.rsplit_once('.')?.0));
         if let Some(found) = names.find_map(|name| self.port(k, name, output)) {
             let (spec, name) = (found.spec, &*found.spec.name);
