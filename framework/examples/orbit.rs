@@ -17,7 +17,7 @@ const ECCENTRICITY: f64 = 0.1;
 /// Returns the simulated period (s) and greatest distance (m).
 pub fn simulated() -> Result<[f64; 2], Box<dyn Error>> {
     let mut orbit = Assembly::new();
-    // At the pericentre, on the x axis.
+    // Start at the pericentre, on the x axis.
     let start = AXIS * (1.0 - ECCENTRICITY);
     let speed = (MU * (2.0 / start - 1.0 / AXIS)).sqrt();
     let craft = Body::on("world").hinge(Hinge::free()).mass(500.0).inertia([100.0; 3]);
@@ -35,7 +35,7 @@ pub fn simulated() -> Result<[f64; 2], Box<dyn Error>> {
 
     let (x, y) = (&log["craft.position.x"], &log["craft.position.y"]);
     let distance = x.iter().zip(y).map(|(x, y)| x.hypot(*y)).fold(0.0, f64::max);
-    // The instant at which it crosses the x axis upwards.
+    // Find the instant at which the orbit crosses the x axis upwards.
     let back = (1..y.len() - 1).find(|k| y[*k] < 0.0 && y[k + 1] >= 0.0).ok_or("no full orbit")?;
     let period = log.t()[back] + y[back] / (y[back] - y[back + 1]);
     Ok([period, distance])

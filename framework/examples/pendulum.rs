@@ -30,7 +30,7 @@ pub fn simulated() -> Result<f64, Box<dyn Error>> {
     let mut log = Recording::new(&sim, ["bob.angle"], 1e-3)?;
     log.run_until(&mut sim, 8.0)?;
 
-    // Instants at which the angle falls through zero.
+    // Find the instants at which the angle decreases through zero.
     let (t, angle) = (log.t(), &log["bob.angle"]);
     let fall = |k: &usize| angle[*k] > 0.0 && angle[k + 1] <= 0.0;
     let zeros: Vec<f64> = (0..t.len() - 1)

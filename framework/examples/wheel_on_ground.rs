@@ -21,7 +21,8 @@ pub fn simulated() -> Result<[f64; 2], Box<dyn Error>> {
     let body = |parent: &str, hinge: Hinge, mass: f64| {
         Body::on(parent).hinge(hinge).mass(mass).inertia([INERTIA; 3])
     };
-    // The carriage moves along x, the yoke up and down in it, the wheel turns in the yoke.
+    // The carriage moves along x, the yoke moves up and down in it, and the wheel rotates in the
+    // yoke.
     let [carriage, yoke, wheel] = MASSES;
     let start = [0.0, 0.0, RADIUS];
     rig.body("carriage", body("world", Hinge::slider(Vec3::x()), carriage).at(start));

@@ -23,7 +23,8 @@ fn pendulum_has_its_period() {
     pendulum::main().unwrap();
     let period = pendulum::simulated().unwrap();
     close(period, pendulum::closed_form(), 1e-8);
-    // For small angles, with the series of the amplitude up to its sixth power: 2π √(0.66/(9.81 · 0.8)) (1 + θ²/16 + 11 θ⁴/3072 + 173 θ⁶/737280).
+    // Period with the series of the amplitude up to its sixth power: 2π √(0.66/(9.81 · 0.8)) (1 + θ²/16 + 11 θ⁴/3072 +
+    // 173 θ⁶/737280).
     let small = std::f64::consts::TAU * (0.66f64 / (9.81 * 0.8)).sqrt();
     close(period, small * (1.0 + 0.25 + 11.0 * 16.0 / 3072.0 + 173.0 * 64.0 / 737_280.0), 1e-2);
 }
@@ -32,7 +33,7 @@ fn pendulum_has_its_period() {
 fn motor_on_a_hinge_has_its_speed_and_current() {
     motor_on_a_hinge::main().unwrap();
     let [rate, current] = motor_on_a_hinge::simulated().unwrap();
-    // Energy of the flywheel and balance of torques: J dω/dt = n k i with dω/dt = (ω∞ − ω)/T; ω∞ = 6, T = 0.8 s.
+    // The balance of torques is J dω/dt = n k i, where dω/dt = (ω∞ − ω)/T with ω∞ = 6 rad/s and T = 0.8 s.
     let right = 6.0 * (1.0 - (-0.5f64 / 0.8).exp());
     close(rate, right, 1e-9);
     close(current, 0.4 * (6.0 - right) / 0.8, 1e-9);
@@ -45,7 +46,7 @@ fn motor_on_a_hinge_has_its_speed_and_current() {
 fn wheel_on_ground_rolls_with_the_speed_of_the_balance() {
     wheel_on_ground::main().unwrap();
     let [speed, slip] = wheel_on_ground::simulated().unwrap();
-    // 0.5 · 20 · 0.25/(0.5 + 20 · 0.0625); the wheel sinks in by 0.5 mm of 250 mm.
+    // The speed is 0.5 · 20 · 0.25/(0.5 + 20 · 0.0625). The wheel sinks in by 0.5 mm of 250 mm.
     close(speed, 10.0 / 7.0, 5e-3);
     assert!(slip.abs() < 5e-3, "{slip}");
     close(wheel_on_ground::balance(), 10.0 / 7.0, 1e-12);
@@ -55,7 +56,8 @@ fn wheel_on_ground_rolls_with_the_speed_of_the_balance() {
 fn orbit_has_the_period_of_kepler() {
     orbit::main().unwrap();
     let [period, distance] = orbit::simulated().unwrap();
-    // 2π √(8000³/398600.4418) s; the crossing is found by a chord of 1 s.
+    // The period is 2π √(8000³/398600.4418) s. The crossing is found by linear interpolation over 1
+    // s.
     close(period, 7_121.08, 1e-5);
     close(period, orbit::kepler()[0], 1e-8);
     close(distance, 8.8e6, 1e-8);
@@ -70,7 +72,7 @@ fn arm_reaches_with_the_angles_of_the_law_of_cosines() {
     for (q, right) in q.iter().zip(right) {
         close(*q, right, 1e-7);
     }
-    // Forwards again.
+    // Check the closed form by forward kinematics.
     let x = 0.5 * right[0].cos() + 0.3 * (right[0] + right[1]).cos();
     close(x, 0.4, 1e-12);
 }
@@ -78,6 +80,6 @@ fn arm_reaches_with_the_angles_of_the_law_of_cosines() {
 #[test]
 fn own_model_comes_back_after_one_period() {
     own_model::main().unwrap();
-    // The period is not a whole number of steps of 1 ms: at the end it is at most one step away from the turning point.
+    // The period is not a multiple of the step of 1 ms, so the end is at most one step away from the turning point.
     close(own_model::simulated().unwrap(), 0.3, 5e-5);
 }

@@ -74,7 +74,8 @@ with open("asteroid.stl", "wb") as out:
 volume = sum(dot(points[a], cross(points[b], points[c])) for a, b, c in faces) / 6
 print("faces %d, volume %.4e m3, radius of the ball of this volume %.2f m" % (len(faces), volume, (0.75 * volume / math.pi) ** (1 / 3)))
 
-# The site: the middle of the face that looks most nearly towards 45 deg north, 30 deg east; its axes: x east, z along the normal.
+# The site is the middle of the face whose normal is nearest to 45 deg north, 30 deg east; its x axis points east, its z
+# axis along the normal.
 want = (math.cos(math.radians(45)) * math.cos(math.radians(30)), math.cos(math.radians(45)) * math.sin(math.radians(30)), math.sin(math.radians(45)))
 
 

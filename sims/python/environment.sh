@@ -1,10 +1,12 @@
-# For bash scripts: `make_environment FOLDER` creates a virtual environment with pip and replaces an existing one.
+# This file is for bash scripts: `make_environment FOLDER` creates a virtual environment with pip and replaces an
+# existing one.
 make_environment() {
     local venv=$1
     rm -rf "$venv"
     python3 -m venv "$venv" 2>/dev/null && return
     rm -rf "$venv"
-    # Debian's Python may lack the files with which `venv` installs pip; another pip installs it then.
+    # Debian's Python may lack the files with which `venv` installs pip; an installed pip does it
+    # then.
     if python3 -m pip --version >/dev/null 2>&1; then
         python3 -m venv --without-pip "$venv" && python3 -m pip --quiet --python "$venv/bin/python" install pip && return
     fi

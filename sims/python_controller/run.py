@@ -22,14 +22,14 @@ class Balance:
         self.worst = 0.0
 
     def step(self, t, u):
-        # Half way through the cart is told to stand somewhere else.
+        # The target of the cart moves in the middle of the run.
         target = 0.0 if t < 5.0 else 1.0
         (x, vx), (angle, rate) = u["cart"], u["pole"]
         force = -self.gains @ [x - target, angle, vx, rate]
         self.worst = max(self.worst, abs(angle))
         return {"force": np.clip(force, -self.force_max, self.force_max), "target": target}
 
-    # What is remembered between two samples is state of the run.
+    # Values that a part keeps between two samples are part of the state of the run.
     def save(self):
         return {"worst": self.worst}
 
@@ -43,7 +43,8 @@ def gains(cart_weight, pole_weight, period):
     dq, dv, inverse_mass = machine.forward_dynamics_derivatives([0, 0], [0, 0], [0, 0])
     A = np.block([[np.zeros((2, 2)), np.eye(2)], [dq, dv]])
     B = np.concatenate([np.zeros(2), inverse_mass[:, 0]])[:, None]
-    # Exact over one period: the series of the exponential of [[A, B], [0, 0]].
+    # The discrete matrices are exact over one period, by the series of the exponential of [[A, B],
+    # [0, 0]].
     whole, term, n = np.zeros((5, 5)), np.eye(5), 5
     M = np.zeros((n, n))
     M[:4, :4], M[:4, 4:] = A * period, B * period

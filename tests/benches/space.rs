@@ -43,7 +43,8 @@ fn field(file: &str, degree: usize) -> String {
 }
 
 fn wheels() -> String {
-    // Wheels of 50 N m s at 6000 rpm, rotating at 100 rad/s; K = 3.5, P = 30 about each axis.
+    // The wheels have 50 N m s at 6000 rpm and rotate at 100 rad/s; K = 3.5, P = 30 about each
+    // axis.
     let (mut nodes, mut parts, mut wires) = (String::new(), String::new(), String::new());
     for (k, turn) in ["[0, \"90 deg\", 0]", "[\"-90 deg\", 0, 0]", "[0, 0, 0]"].iter().enumerate() {
         nodes += &format!("\"wheel{k}\": (rotation: (rpy: {turn})),");
@@ -71,7 +72,8 @@ fn chain() -> String {
     let mut bodies = CRAFT.to_string();
     let mut parts = String::new();
     for k in 0..16 {
-        // A plate one metre long: its hinge at one end, its centre of mass in the middle.
+        // A plate is one metre long, with its hinge at one end and its centre of mass in the
+        // middle.
         let (parent, at) = match k {
             0 => (
                 "craft".to_string(),
@@ -294,7 +296,8 @@ fn campaign() {
         100.0 * median(|| short.loading()) / one,
         peer("campaign").unwrap_or_else(|| "not installed".into())
     );
-    // Alternate, and take the shortest of each, because other work on the machine only adds time.
+    // Both runs alternate, and the shortest of each counts, because other work on the machine only
+    // adds time.
     let mut long = Wheels::new(64, "1 h");
     let rounds: Vec<[f64; 3]> =
         (0..7).map(|_| [long.stepping(), long.whole(1, true), long.whole(2, true)]).collect();

@@ -182,7 +182,8 @@ fn main() {
     ] {
         for (n, target) in [(100, 6.0), (1000, 8.0)] {
             let plan = Arc::new(compile(&chain(n, integrator), &catalogue, &files).unwrap());
-            // Operations evaluated per step: outputs, derivatives, updates; stages count separately.
+            // The operations evaluated per step are outputs, derivatives and updates; stages count
+            // separately.
             let stages = if integrator == linkwork_runtime::Integrator::Rk4 { 3 } else { 0 };
             let ops = plan.ops.len() + n / 3 + n / 3 + stages * (plan.stage_ops.len() + n / 3);
             let mut sim = Simulation::new(plan);

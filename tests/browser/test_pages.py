@@ -78,7 +78,8 @@ def test_a_graph_is_searched_and_a_part_shown_with_its_wires(opened, tmp_path):
     assert page.inner_text("#about h3") == "Rover.Hardware.Wheels.Wheel1.Motor"
     about = page.inner_text("#about")
     assert "actuators.dc_motor" in about and "Inputs" in about and "Outputs" in about
-    # Choosing unfolds what is around the part, and the wire leads to the neighbour.
+    # The choice of a part unfolds the boxes around it, and the link of a wire leads to the
+    # neighbour.
     assert "Rover.Hardware.Wheels.Wheel1.Motor" in boxes(page)
     neighbours = page.eval_on_selector_all("#about a", "all => all.map(a => a.textContent)")
     other = next(n for n in neighbours if n != "Rover.Hardware.Wheels.Wheel1.Motor")
@@ -98,7 +99,7 @@ def test_a_graph_folds_and_unfolds(opened, tmp_path):
     unfolded = boxes(page)
     assert "Rover.Hardware" not in unfolded and any(b.startswith("Rover.Hardware.") for b in unfolded)
     assert len(unfolded) > len(folded)
-    # The same by a box of the drawing.
+    # A box of the drawing unfolds in the same way.
     page.locator("#graph g.box:has(> title:text-is('Rover.Hardware.Wheels'))").dispatch_event("dblclick")
     assert any(b.startswith("Rover.Hardware.Wheels.Wheel1") for b in boxes(page))
     page.dblclick("#tree span:text-is('Hardware')")
@@ -133,7 +134,7 @@ def test_phases_of_a_mission_are_entered(opened, tmp_path):
     assert len(parts) > 1, "every phase shows the same parts"
 
 
-# Texts of drawings that stick out of them, with how far (pixels).
+# The script lists texts that stick out of their drawings, and how far (pixels).
 STICK_OUT = """() => [...document.querySelectorAll('svg text')].flatMap(t => {
     const [a, b] = [t.getBoundingClientRect(), t.ownerSVGElement.getBoundingClientRect()];
     const out = Math.max(b.left - a.left, a.right - b.right, b.top - a.top, a.bottom - b.bottom);

@@ -11,7 +11,8 @@ pub fn misfit(v: &Json, s: &Json, root: &Json, path: &str) -> Option<String> {
         let Some(all) = s[any].as_array() else { continue };
         let whys: Vec<_> = all.iter().filter_map(|s| misfit(v, s, root, path)).collect();
         if whys.len() == all.len() {
-            // What went deepest is what was meant; of several the first.
+            // The alternative with the deepest mismatch is probably the intended one; of several,
+            // the first.
             return whys.into_iter().rev().max_by_key(|w| w.matches('/').count());
         }
     }

@@ -14,7 +14,7 @@ import numpy as np
 HERE = pathlib.Path(__file__).parent
 ROOT = HERE.parent.parent
 
-# Comparisons other than of robot files, and their modules.
+# These are the comparisons other than of robot files, and their modules.
 OTHERS = {name: "world" for name in ["gravity", "kernel", "earth", "air", "magnetic", "elements"]}
 OTHERS |= {name: "maps" for name in ["meshes", "maps"]}
 

@@ -54,7 +54,7 @@ def meshes(rng):
     if len(mine) != len(wanted):
         return f"{kind}: {len(mine)} triangles, not {len(wanted)}"
     off = float(np.abs(ordered(mine) - ordered(wanted)).max())
-    # Numbers of 32 bits, and of text with eight digits.
+    # The formats have numbers of 32 bits, or texts with eight digits.
     return None if off < 2e-5 else f"{kind}: corners are {off:.1e} m off"
 
 
@@ -66,7 +66,7 @@ def ordered(corners):
     """Triangles by a key that small errors do not change; each begins with the corner that has the least key, so that its orientation is kept."""
 
     def key(p):
-        # Random weights: distinct corners have distinct keys.
+        # With random weights, distinct corners have distinct keys.
         return float(p @ [0.7310585, 1.3132617, 2.1269280])
 
     out = [np.roll(t, -min(range(3), key=lambda k: key(t[k])), axis=0) for t in corners]

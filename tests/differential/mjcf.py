@@ -10,7 +10,7 @@ from common import Linkwork, differs, rotation
 
 LINKWORK = None
 FOLDER = pathlib.Path(tempfile.mkdtemp())
-# Differences that are documented: what Linkwork rejects with a message that says so.
+# These differences are documented: Linkwork rejects the file with one of these messages.
 REJECTED = ["is not supported", "a free joint must be the only joint", "lacks <worldbody>", "<inertial> lacks inertia", "cannot be inverted"]
 
 
@@ -443,7 +443,8 @@ def joints(m, answer, tolerance):
                 continue
             if differs(j[name], np.ravel(value)[0], tolerance):
                 return f"{name}: {m.joint(i).name} {j[name]} {value}"
-        # Joints in line move no inertia: the stiffness of their `springdamper` is rounding in both programs.
+        # Joints in line with each other move no inertia: the stiffness of their `springdamper` is rounding
+        # in both programs.
         rounding = np.ravel(m.jnt_stiffness[i])[0] < 1e-6 and j["stiffness"] < 1e-6
         if kind != 0 and not rounding and differs(j["stiffness"], np.ravel(m.jnt_stiffness[i])[0], tolerance):
             return f"stiffness: {m.joint(i).name} {j['stiffness']} {m.jnt_stiffness[i]}"
@@ -562,7 +563,8 @@ def devices(m, data, answer, tolerance):
         if (a["activation"] is None) != (m.actuator_dyntype[i] == 0):
             return f"activation: {name} {a['activation']} {m.actuator_dyntype[i]}"
         if a["activation"] is not None:
-            # The rate of the activation, then the force with the activation of the state.
+            # The rate of the activation is compared, then the force with the activation of the
+            # state.
             time, own = a["activation"]["time_constant"], data.act[m.actuator_actadr[i]]
             rate = w if time is None else (w - own) / time
             if differs(rate, data.act_dot[m.actuator_actadr[i]], tolerance):

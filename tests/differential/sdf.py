@@ -13,7 +13,7 @@ from common import Linkwork, differs, rotation
 logging.getLogger("drake").setLevel(logging.CRITICAL)
 LINKWORK = None
 FOLDER = pathlib.Path(tempfile.mkdtemp())
-# The model that others include.
+# Other models include this model.
 SUB = """<sdf version="1.9"><model name="sub"><pose>0.1 0.2 0.3 0.4 0.5 0.6</pose>
 <link name="s0"><pose>0.3 0 0 0 0.7 0</pose><inertial><mass>2</mass><inertia><ixx>1</ixx><iyy>1.2</iyy><izz>1.3</izz></inertia></inertial></link>
 <link name="s1"><pose relative_to="s0">0 0.5 0 0.2 0 0</pose><inertial><pose>0.1 0 0 0 0 0</pose><mass>1</mass><inertia><ixx>1</ixx><iyy>1.1</iyy><izz>1.2</izz></inertia></inertial></link>
@@ -40,7 +40,8 @@ def make(r):
         if new and r.random() < 0.2:
             return f'<pose{relative} degrees="true">{v(3)} {v(3, 170)}</pose>'
         if new and r.random() < 0.2:
-            # A unit quaternion: sdformat takes others as they are, which is no rotation.
+            # The quaternion has unit length: sdformat accepts others unchanged, which are not
+            # rotations.
             turn = np.array([r.gauss(0, 1) for _ in range(4)])
             turn = " ".join(repr(float(x)) for x in turn / np.linalg.norm(turn))
             return f'<pose{relative} rotation_format="quat_xyzw">{v(3)} {turn}</pose>'

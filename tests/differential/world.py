@@ -143,7 +143,7 @@ def kernel(rng):
     spice.spkcls(handle)
     file, first, last = whole, start, end
     if rng.random() < 0.5:
-        # anise #661: the summary of an excerpt begins later than its records.
+        # See anise #661: the summary of an excerpt begins later than its records.
         first, last = sorted(rng.uniform(start, end) for _ in range(2))
         excerpt(spice, whole, part, first, last)
         file = part
@@ -162,7 +162,8 @@ def kernel(rng):
     for t, mine, theirs in zip(inside, states, wanted):
         if isinstance(mine, str):
             return f"type {kind}: no state at {t}: {mine}"
-        # Velocities from Hermite polynomials of degree 11 have the round-off of positions, amplified and divided by the step.
+        # Velocities from Hermite polynomials of degree 11 have the round-off errors of positions, amplified and divided
+        # by the step.
         noise = 1e-12 * max(map(abs, theirs[0])) / step / max(map(abs, theirs[1]))
         off = max(relative(mine[0], theirs[0]), relative(mine[1], theirs[1]) - noise)
         if off > 1e-9:
@@ -222,7 +223,8 @@ def earth(rng):
     sp = erfa.sp00(*tt)
     turn = erfa.c2t06a(*tt, *ut1, *pole)
     off = float(np.abs(np.array(told["rotation"]).reshape(3, 3) - turn).max())
-    # 1e-12 rad: 6 µm on the ground; UT1 as one f64 day fraction is good to 1e-16 d.
+    # An error of 1e-12 rad is 6 µm on the ground; UT1 as one f64 day fraction is accurate to 1e-16
+    # d.
     if off > 3e-12:
         return f"rotation: {off:.1e} at {t} (sp {sp:.1e})"
     ahead = (told["tt"][0] - tt[0]) + (told["tt"][1] - tt[1])
@@ -266,7 +268,8 @@ def magnetic(rng):
     if "error" in told:
         return f"rejected: {told['error']}"
     off = float(np.abs(np.array(told["field"]) * 1e9 - [north, east, -up]).max())
-    # Between the years of the table ppigrf counts days, IAGA's program years: 0.006 nT in 2020, more where the field changed faster.
+    # Between the years of the table ppigrf counts days, and IAGA's program years: the difference is 0.006 nT in 2020,
+    # and larger when the field changed faster.
     return None if off < 0.5 else f"{off:.2g} nT at {t}, {lat}, {lon}, {km} km"
 
 
@@ -294,7 +297,7 @@ def elements(rng):
             if bool(fault) != isinstance(mine, str):
                 return f"{m} min: {mine}, error {fault} of python-sgp4: {lines}"
             continue
-        # The microseconds of the epoch are 8 mm of the path.
+        # The epoch has microseconds, in which the body moves by 8 mm.
         off = float(np.abs(np.array(mine[0]) / 1e3 - r).max())
         if off > 2e-5:
             return f"{off:.1e} km at {m} min: {lines}"

@@ -4,7 +4,7 @@
 //! one to four of: a bit flipped, bytes as no length should be, a piece cut out, doubled or put in from another seed,
 //! the end cut off, noise put in
 //! ```
-#![allow(dead_code)] // Each test takes a part of it.
+#![allow(dead_code)] // Each test uses only some of the functions.
 #[path = "../common/splitmix.rs"]
 mod splitmix;
 use splitmix::splitmix;
@@ -106,7 +106,7 @@ pub fn survives(seeds: &[Vec<u8>], count: u64, mut read: impl FnMut(&[u8]) -> bo
     let mut accepted = 0;
     for n in 0..count {
         let bytes = mutated(seeds, n);
-        #[allow(clippy::disallowed_methods)] // A test of how long it takes.
+        #[allow(clippy::disallowed_methods)] // The test measures how long a call takes.
         let clock = std::time::Instant::now();
         let ok = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| read(&bytes)));
         accepted += u64::from(ok.unwrap_or_else(|_| panic!("mutation {n} panics")));

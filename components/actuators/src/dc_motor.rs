@@ -184,7 +184,8 @@ impl Model for DcMotor {
         let bent = p.hold_stiffness * x.deflection;
         let bending = bent * friction.deflection_rate(x.deflection, rate);
         let winding = self.winding(u, current) * current;
-        // A shorted bridge takes no power: at the limit of the current it turns the rest of the generated power into heat.
+        // If the supply has no voltage, the shorted bridge takes no power from it. At the current limit, the bridge
+        // turns the rest of the generated power into heat.
         let power = if u.supply.voltage > 0.0 { winding } else { 0.0 };
         DcMotorOut {
             torque: HingeTorque(torque),
@@ -258,7 +259,8 @@ mod tests {
 
     #[test]
     fn stall_no_load_and_saturation() {
-        // Nearly at rest: i = 12/2 = 6 A, τ = 0.8 · 100 · 0.05 · 6 = 24 N m. No load: ω = 12/5 = 2.4 rad/s.
+        // Nearly at rest, i = 12/2 = 6 A and τ = 0.8 · 100 · 0.05 · 6 = 24 N m. The speed without load is ω
+        // = 12/5 = 2.4 rad/s.
         assert!((at(12.0, 1e-3).shaft_torque - 24.0).abs() < 0.021);
         assert!(at(12.0, 2.4).shaft_torque.abs() < 1e-12);
         assert!((at(12.0, 0.0).power - 72.0).abs() < 1e-12);
@@ -275,7 +277,8 @@ mod tests {
                 let drive = 5.0 * y.current;
                 let passed = if drive * rate > 0.0 { 0.8 } else { 1.0 / 0.8 };
                 assert!((y.shaft_torque - passed * drive).abs() < 1e-9, "{volts} {rate}: {y:?}");
-                // Electrical power is mechanical power, heat of the winding, loss of the gear.
+                // Electrical power is the sum of mechanical power, heat of the winding, and loss of
+                // the gear.
                 let lost = y.power - y.shaft_torque * rate;
                 let heat = 2.0 * y.current * y.current;
                 let gear = (drive - y.shaft_torque) * rate;
@@ -289,7 +292,8 @@ mod tests {
 
     #[test]
     fn a_generator_gives_less_than_it_takes() {
-        // Terminals over 0 V, the shaft turned at 2 rad/s: 5 A, 50 W of heat; with η = 0.8 it takes 62.5 W.
+        // With shorted terminals, the shaft rotates at 2 rad/s: the current is 5 A, and the heat is 50 W.
+        // With η = 0.8 the shaft takes 62.5 W.
         let y = at(0.0, 2.0);
         assert!((y.current + 5.0).abs() < 1e-12 && y.power == 0.0);
         assert!((-y.shaft_torque * 2.0 - 62.5).abs() < 1e-9, "{y:?}");
@@ -297,7 +301,8 @@ mod tests {
 
     #[test]
     fn no_state_and_no_motion_make_energy() {
-        // A deterministic wander over voltages, rates, states and brake, with and without inductance.
+        // Test random voltages, rates, states and brakes with a fixed seed, with and without
+        // inductance.
         let mut seed = 0x9e37_79b9_7f4a_7c15_u64;
         let mut random = move || {
             seed = seed
@@ -400,7 +405,7 @@ mod tests {
             let d = m.derivatives(&x, &u);
             x.current += 1e-5 * d.current;
         }
-        // One time constant L/R = 10 ms.
+        // The time is one time constant, L/R = 10 ms.
         assert!((x.current - 2.0 * (1.0 - (-1f64).exp())).abs() < 1e-3, "{}", x.current);
     }
 }

@@ -198,11 +198,11 @@ mod tests {
             v += dt * model.feedthrough(&c, &told(0.4, false, v, 0.0)).motion.0;
             t += dt;
         }
-        // Euler's steps: first order in dt.
+        // Euler's method has an error of first order in dt.
         assert!((v - 0.4 * (1.0 - (-t / 0.1_f64).exp())).abs() < 1e-3, "{v}");
         let y = model.feedthrough(&Clock::at(0.0, dt, 0), &told(9.0, false, 0.0, 0.0));
         assert!(y.limited && y.motion.0 == 5.0);
-        // A step longer than the time constant goes to the command and not beyond.
+        // A step that is longer than the time constant ends at the command and does not overshoot.
         let y = model.feedthrough(&Clock::at(0.0, 0.5, 0), &told(0.4, false, 0.1, 0.0));
         assert!((0.1 + 0.5 * y.motion.0 - 0.4).abs() < 1e-15);
     }
@@ -217,7 +217,7 @@ mod tests {
         let driven = model.feedthrough(&c, &told(1.0, false, 1.0, -8.0));
         assert_eq!(driven.power, 3.0 - 4.0);
         assert!((driven.supply.current * 28.0 + 1.0).abs() < 1e-15);
-        // Motion and power are zero for every command if there is no supply.
+        // Without a supply, motion and power are zero for every command.
         let supply = Voltage { voltage: 0.0 };
         let u = RateFollowerIn { supply, ..told(1.0, false, 0.2, 8.0) };
         let dark = model.feedthrough(&c, &u);
@@ -245,7 +245,7 @@ mod tests {
             assert!(q <= 0.6 + 1e-9, "{q}");
         }
         assert!((q - 0.6).abs() < 1e-8 && fastest <= 0.5 + 1e-9, "{q} {fastest}");
-        // Small steps are critically damped: (1 + t/2T) e^(−t/2T).
+        // For small steps the response is critically damped: (1 + t/2T) e^(−t/2T).
         let (mut q, mut v) = (0.0, 0.0);
         for k in 0..2000 {
             let c = Clock::at(1e-4 * f64::from(k), 1e-4, 0);

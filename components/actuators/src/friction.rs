@@ -66,7 +66,7 @@ mod tests {
     fn below_the_limit_it_holds_without_creep() {
         let (a, _) = run(8.0, 5.0);
         let (b, rate) = run(8.0, 50.0);
-        // The step load overshoots the limit once, which leaves a small set.
+        // The step load overshoots the limit once, which leaves a small permanent deflection.
         assert!(a < 0.02 && (a - b).abs() < 1e-12 && rate.abs() < 1e-12, "{a} {b} {rate}");
     }
 
@@ -104,10 +104,12 @@ mod tests {
             let f = ShaftFriction { stiffness: 2000.0, damping: 20.0, limits: [limit; 2] };
             assert!((f.torque(z, rate) + limit).abs() < 1e-12, "{k}: {}", f.torque(z, rate));
             z += dt * f.deflection_rate(z, rate);
-            // The deflection was dt · rate = 6 mrad when it followed the shaft at its full rate.
+            // If the deflection followed the shaft at its full rate, it would grow by dt · rate = 6
+            // mrad per step.
             assert!(z <= 1.02 * 2.0 / f.stiffness, "{k}: {z}");
         }
-        // The rate does not jump where a shaft that has reversed unbends the bristle and bends it the other way.
+        // After a reversal, the bristle relaxes through zero and deflects in the other direction. Its rate must
+        // not jump there.
         let f = ShaftFriction { stiffness: 2000.0, damping: 20.0, limits: [3.0, 7.0] };
         for rate in [6.0, -6.0] {
             let [a, b] = [-1e-15, 1e-15].map(|z| f.deflection_rate(z, rate));

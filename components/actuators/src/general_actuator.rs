@@ -182,7 +182,8 @@ mod tests {
             control_range: Some([-1.0, 1.0]),
             force_range: None,
         };
-        // l = 1 + 0.5, rate = 4 − 2; gain 3 + 1.5 + 1, bias 0.1 − 4.5 − 0.4.
+        // The length is 1 + 0.5 and its rate 4 − 2, so the gain is 3 + 1.5 + 1 and the bias 0.1 −
+        // 4.5 − 0.4.
         let y = force(&p, 0.4);
         let f = 5.5 * 0.4 - 4.8;
         for (own, expected) in y.iter().zip([1.5, 2.0, f, 2.0 * f, 2.0 * f, -0.5 * f]) {

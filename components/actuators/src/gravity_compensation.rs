@@ -72,7 +72,8 @@ mod tests {
         body.position = Vec3::new(1.0, 0.0, 0.0);
         let own = BodyMass { mass: 2.0, com: Vec3::new(0.0, -0.5, 0.3), inertia: [0.0; 6] };
         let y = m.feedthrough(&Clock::at(0.0, 1e-3, 0), &GravityCompensationIn { body, own });
-        // The centre of mass is at x = 1.5: half of 2 kg · 10.5 m/s², with the arm (0.5, 0, 0.3).
+        // The force is half of 2 kg · 10.5 m/s². It acts at the centre of mass at x = 1.5, with the
+        // arm (0.5, 0, 0.3).
         assert!((y.load.force - Vec3::new(0.0, 0.0, 10.5)).norm() < 1e-14);
         assert!((y.load.moment - Vec3::new(0.0, -5.25, 0.0)).norm() < 1e-14, "{}", y.load.moment);
     }

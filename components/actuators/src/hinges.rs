@@ -198,7 +198,7 @@ mod tests {
         let p = SpringDamperParams { stiffness: 10.0, damping: 2.0, rest: 0.1 };
         let y = SpringDamper { p }.feedthrough(&shaft(0.4, 0.5));
         assert!((y.torque.0 + 4.0).abs() < 1e-12);
-        // ½ 10 · 0.3² and 2 · 0.5².
+        // The energy is ½ 10 · 0.3² and the loss 2 · 0.5².
         assert!((y.energy - 0.45).abs() < 1e-12 && (y.loss - 0.5).abs() < 1e-12);
     }
 

@@ -190,7 +190,8 @@ mod tests {
         let s = PositionServo { p };
         let torque = |angle| s.feedthrough(&PositionServoIn { supply, angle, shaft }).torque.0;
         assert!((torque(0.5) - 2.0).abs() < 1e-12 && torque(5.0) == 3.5);
-        // A driven hinge feeds power back. Torque and current are zero without a supply.
+        // A hinge that is driven by its load feeds power back. Torque and current are zero without
+        // a supply.
         assert_eq!(load(-2.8).supply.current, -2.8 / 28.0);
         let supply = Voltage { voltage: 0.0 };
         let u = TorqueDriveIn { supply, torque: 3.0, shaft };

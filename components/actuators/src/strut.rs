@@ -110,7 +110,7 @@ mod tests {
             assert!((y.length - apart).abs() < 1e-12 && (y.rate - rate).abs() < 1e-12);
         }
         assert_eq!(at(5.0, 0.0, 0.0).on_a.force, Vec3::zeros());
-        // The force for rest length 0 points to the other end and is proportional to the distance.
+        // For rest length 0, the force points to the other end and is proportional to the distance.
         assert!((at(0.0, 1e-3, 0.0).on_a.force - n).norm() < 1e-9);
     }
 

@@ -133,7 +133,8 @@ mod tests {
         assert_eq!(outputs([0.5, 0.25], [0.0; 2]), [0.75, 0.0, 0.0, 0.0, -0.0]);
         assert_eq!(outputs([1.0, 0.0], [0.0; 2])[2..], [-10.0, -20.0, 10.0]);
         assert_eq!(outputs([-0.5, 0.0], [1.0, 0.0])[2], 5.0 - 1.0);
-        // Beyond the upper bound by 1, with a rate of 2 outwards; then so fast inwards that the limit lets go.
+        // The length is 1 above the upper bound and grows at a rate of 2; then it shrinks so fast that the
+        // limit's damping exceeds its spring force, and the limit exerts no force.
         assert_eq!(outputs([2.0, 0.0], [1.0, 0.0])[2], -30.0 - 1.0 - 108.0);
         assert_eq!(outputs([2.0, 0.0], [-20.0, 0.0])[2], -30.0 + 20.0);
         assert_eq!(outputs([-1.5, 0.0], [0.0; 2])[2], 25.0 + 100.0);

@@ -226,7 +226,7 @@ mod tests {
         let power: f64 = loads.iter().zip(rates).map(|(f, v)| f.force.dot(&Vec3::from(v))).sum();
         assert!((power - 2.0 * v).abs() < 1e-14, "{power} {v}");
         assert!(loads.iter().map(|f| f.force).sum::<Vec3>().norm() < 1e-15);
-        // The first site is pushed away from the second by a force that lengthens the line.
+        // A force that lengthens the line pushes the first site away from the second.
         assert!((loads[0].force - Vec3::new(-0.6, -0.8, 0.0) * 3.0).norm() < 1e-14);
         for (factors, sites) in [(&[1.0, 2.0][..], 2), (&[1.0], 1), (&[], 2), (&[f64::NAN], 0)] {
             assert!(Transmission { factors, sites, wrench: None }.check().is_err());

@@ -127,7 +127,8 @@ impl Model for Quotient {
     fn feedthrough(&self, d: &Piece, u: &Pair) -> Output {
         let least = self.p.least;
         let none = if least == 0.0 { u.b == 0.0 } else { d.piece < 0.5 };
-        // Within a step the piece stays, and its divisor does not come nearer to zero.
+        // The piece does not change within a step, so keep the divisor away from zero until the
+        // event.
         let b = if u.b.abs() < least { least.copysign(u.b) } else { u.b };
         Output { y: if none { 0.0 } else { u.a / b } }
     }
@@ -186,7 +187,7 @@ impl Model for Saturation {
         Piece::new(f64::from(u8::from(u.u > upper)) - f64::from(u8::from(u.u < lower)))
     }
     fn guards(&self, u: &Input) -> Ends {
-        // An infinite limit has no edge.
+        // An infinite limit is never reached, so its guard stays negative.
         let or = |x: f64| if x.is_finite() { x } else { -1.0 };
         Ends { upper: or(u.u - self.p.upper), lower: or(self.p.lower - u.u) }
     }
@@ -350,11 +351,12 @@ mod tests {
             .unwrap();
         let of = [-1.0, 0.0, 1.0, 2.0, 2.5, 9.0].map(|u| y(&t, Input { u }).y);
         assert_eq!(of, [1.0, 1.0, 3.0, 5.0, 2.5, 0.0]);
-        // Within a step a piece continues beyond its row, and the guard is above zero there.
+        // Within a step a piece continues beyond its last row, where the guard is positive.
         let (d, u) = (Piece::new(1.0), Input { u: 2.5 });
         assert_eq!(t.feedthrough(&d, &u).y, 6.0);
         assert_eq!(t.guards(&d, &u).upper, 0.5);
-        // At the end of a piece, but for round-off, the event decides.
+        // If the input is at the end of a piece except for round-off, the event determines the next
+        // piece.
         let near = Input { u: 2.0 - 1e-13 };
         assert_eq!(t.handle_event(Fired::rising(UPPER), &d, &near).1.piece, 2.0);
         assert_eq!(t.mode(&Input { u: 1.9 }).piece, 1.0);

@@ -106,7 +106,7 @@ impl Model for BouncingBall {
         Floor { gap: x.height }
     }
     fn handle_event(&self, clock: &Clock, x: &Fall, d: &Impacts) -> (Fall, Impacts) {
-        // Thrown up from the floor.
+        // The ball has just bounced and moves upwards.
         if x.speed > 0.0 {
             return (*x, *d);
         }

@@ -68,7 +68,7 @@ fn spline_rates(rows: &[[f64; 2]]) -> Vec<f64> {
         upper[i] = high / pivot;
         m[i] = (3.0 * (s0 * low + s1 * high) - low * m[i - 1]) / pivot;
     }
-    // The last one is zero, and so is the first.
+    // The rates at the first and the last row are zero.
     for i in (1..n - 1).rev() {
         m[i] -= upper[i] * m[i + 1];
     }
@@ -215,7 +215,8 @@ mod tests {
         let inside = Profile::of_positions(&ROWS, Between::Smooth).at(2, 1.3);
         assert!(inside.rate.abs() > 0.1, "a smooth profile does not stop on its way");
         let least = Profile::of_positions(&[[1.0, 2.0], [5.0, 10.0]], Between::Stops);
-        // Least jerk: q₀ + Δ (10 s³ − 15 s⁴ + 6 s⁵); at the middle its rate is 15/8 Δ/h.
+        // The profile of least jerk is q₀ + Δ (10 s³ − 15 s⁴ + 6 s⁵). Its rate in the middle is
+        // 15/8 Δ/h.
         let m = least.at(1, 3.0);
         assert!((m.position - 6.0).abs() < 1e-12 && (m.rate - 15.0 / 8.0 * 2.0).abs() < 1e-12);
         assert!(m.acceleration.abs() < 1e-12);

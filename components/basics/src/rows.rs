@@ -175,7 +175,7 @@ impl Param for Rows {
     }
     fn show(&self) -> Value {
         let unit = |y: f64| match &self.unit {
-            // The SI number has all its digits; the column with a unit keeps the quantity.
+            // The SI number has all its digits. A column with an SI unit keeps its quantity.
             Some(u) if Unit::parse(u).is_ok_and(|u| u.scale == 1.0 && u.offset == 0.0) => {
                 Value::Text(format!("{y:?} {u}"))
             }

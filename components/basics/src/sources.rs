@@ -113,7 +113,7 @@ impl Model for Step {
     type DiscreteState = Begun;
     type Guards = Begins;
     fn feedthrough(&self, clock: &Clock, d: &Begun) -> Output {
-        // The clock is named, because the output changes with time: without it the output would count as constant.
+        // Use the clock as an argument, because otherwise the output would count as constant in time.
         let _ = clock;
         Output { y: if d.begun { self.p.after } else { self.p.before } }
     }
@@ -187,7 +187,7 @@ mod tests {
         let r = Ramp { p: RampParams { time: 1.0, start: 2.0, slope: 3.0 } };
         let y = |t: f64| r.feedthrough(&at(t), &mode(t)).y;
         assert_eq!([0.0, 3.0].map(y), [2.0, 8.0]);
-        // Within a step the piece stays.
+        // The piece does not change within a step.
         let before = Begun { begun: false };
         assert_eq!(s.feedthrough(&at(1.4), &before).y, -1.0);
         assert_eq!(s.guards(&at(0.75)).since, -0.25);

@@ -133,14 +133,14 @@ impl Follower {
         let k = self.piece(c, d);
         let end = self.profile.ends(k).1;
         let rest = if end.is_finite() { end - c.t } else { 1.0 };
-        // A part that joins a run after its piece ended switches to the current piece immediately.
+        // A part that joins a run after the end of its piece switches to the current piece at once.
         NextRow { since_row: if self.held(c, d).is_none() { 1.0 } else { -rest } }
     }
 
     fn passed(&self, c: &Clock, d: &ProfileState) -> ProfileState {
         let k = self.piece(c, d);
         let end = self.profile.ends(k).1;
-        // The event is located within 1 ps of the row, on either side.
+        // The event is located within 1 ps of the row, before or after it.
         ProfileState { passed: (if c.t > end - 1e-9 { k + 1 } else { k }) as f64 }
     }
 

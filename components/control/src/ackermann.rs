@@ -189,7 +189,7 @@ impl SizedModel for Ackermann {
         for (i, rate) in rate.iter_mut().enumerate() {
             *rate += share * missing(i, *rate);
         }
-        // Torque sharing is off while the rover stands.
+        // Torque sharing is off while the rover is at rest.
         let torque = &u[AckermannIn::N..];
         let mean = torque.iter().sum::<f64>() / torque.len() as f64;
         let most = SHARED_MAX * rate.iter().map(|r| r.abs()).fold(0.0, f64::max);
@@ -247,7 +247,7 @@ mod tests {
 
     #[test]
     fn the_brakes_are_on_while_no_wheel_is_to_turn() {
-        // Outputs by name: the brake command of the third wheel, which does not steer.
+        // Find outputs by name, such as the brake command of the third wheel, which does not steer.
         let ports = Ackermann::ports(&params()).outputs;
         let at = |name: &str| ports.iter().position(|p| p.name == name).unwrap();
         assert_eq!((ports.len(), at("wheels[1].steer")), (17, 5));
@@ -260,7 +260,8 @@ mod tests {
         };
         let stands = |d: &Commands| outputs(d)[at("wheels[2].drive.brake")] == 1.0;
         assert!(stands(&[0.0; 19]));
-        // Steering on the spot first, then driving; standing again after the last of the slowing down.
+        // The rover first steers at rest and then drives. The brakes act again after it has slowed
+        // down.
         let d = run(0.0, 0.05, [0.0; 19], 20);
         assert!(stands(&d));
         let d = run(0.0, 0.05, d, 500);
@@ -298,13 +299,15 @@ mod tests {
             d
         };
         let d = drive([0.0; 19], 0.25, loads);
-        // Rate and brake of each wheel and the angle of those that steer; the first two wheels do.
+        // The outputs are rate and brake of each wheel, and the angle of the first two wheels,
+        // which steer.
         let y = outputs(&d);
         assert!((y[0] - (1.0 - 2e-3 * 25.0)).abs() < 1e-9, "{y:?}");
         assert!((y[3] - (1.0 + 2e-3 * 15.0)).abs() < 1e-9, "{y:?}");
         let sum: f64 = d[13..].iter().sum();
         assert!(sum.abs() < 1e-9 && d[6] == 1.0, "{d:?}");
-        // However much a wheel is loaded; and the same sharing backwards.
+        // The sharing is limited, however large the load of a wheel is. It is the same for driving
+        // backwards.
         assert!((drive(d, 0.25, loads.map(|l| 100.0 * l))[13] + 0.15).abs() < 1e-12);
         let back = drive([0.0; 19], -0.25, loads);
         assert!((back[13] - d[13]).abs() < 1e-12);

@@ -138,7 +138,7 @@ impl DriveMonitor {
             return here;
         }
         let way = d.way + u.wheel_speed * dt;
-        // On a curve the heading changes, so use the heading at the middle of the sample. Angles may wrap.
+        // The heading changes on a curve, so use the heading at the middle of the sample. Angles may wrap.
         let turned = (u.heading - d.heading).sin().atan2((u.heading - d.heading).cos());
         let (sin, cos) = (d.heading + 0.5 * turned).sin_cos();
         let moved = d.moved + (u.x - d.from[0]) * cos + (u.y - d.from[1]) * sin;
@@ -276,7 +276,7 @@ mod tests {
             sample(&m, &mut d, [0.0; 5], [TURNS, stands]);
             let s = MonitorState::get(&d);
             assert!(s.stalled && !s.slipping && s.wheel == 2.0 && !drives(&m, &d), "{s:?}");
-            // It holds when the wheel is free again, until it is cleared.
+            // The stop remains when the wheel is free again, until it is cleared.
             sample(&m, &mut d, [0.0; 5], [TURNS, TURNS]);
             assert!(!drives(&m, &d));
             sample(&m, &mut d, [0.0, 0.0, 0.0, 0.0, 1.0], [TURNS, stands]);
@@ -286,7 +286,8 @@ mod tests {
 
     #[test]
     fn what_is_no_stall_does_not_stop_it() {
-        // Slow, but it turns; stands, but not at its limit; driven backwards by its load; not told to turn.
+        // The wheel is slow but rotates; it is at rest but not at its limit; its load drives it backwards;
+        // or it is not commanded to rotate.
         for wheel in [[1.0, 0.2, 60.0], [1.0, 0.0, 40.0], [1.0, 0.0, -60.0], [0.0, 0.0, 60.0]] {
             let (m, mut d) = (monitor(), [0.0; 12]);
             for _ in 0..100 {
@@ -294,7 +295,7 @@ mod tests {
             }
             assert!(drives(&m, &d), "{wheel:?}");
         }
-        // Nor one that stands now and then.
+        // A wheel that is only sometimes at rest does not stop the drive, either.
         let (m, mut d) = (monitor(), [0.0; 12]);
         for k in 0..100 {
             let wheel = if k % 8 == 0 { TURNS } else { [1.0, 0.0, 60.0] };
@@ -330,7 +331,7 @@ mod tests {
             for k in 0..480 {
                 let angle = 0.01 * f64::from(k);
                 let [x, y] = [0.5 * angle.sin(), 0.5 * side * (1.0 - angle.cos())];
-                // An estimate that keeps its heading between −π and π.
+                // This estimate keeps its heading between −π and π.
                 let heading = (side * angle).sin().atan2((side * angle).cos());
                 sample(&m, &mut d, [0.05, x, y, heading, 0.0], [TURNS, TURNS]);
             }

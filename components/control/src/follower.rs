@@ -256,7 +256,7 @@ mod tests {
     fn returns_to_its_leg_after_a_push() {
         let f = follower(vec![[20.0, 0.0]]);
         let mut d = FollowerState::zero();
-        d.started = true; // the leg starts at the origin although the rover is beside it
+        d.started = true; // the leg starts at the origin, although the rover is at its side
         let mut pose = [0.0, 0.4, 0.0_f64];
         for _ in 0..1000 {
             let u = FollowerIn { x: pose[0], y: pose[1], heading: pose[2], tilt: 0.0, slip: 0.0 };

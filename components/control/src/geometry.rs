@@ -63,8 +63,8 @@ impl Layout {
             let help = format!("write 1 to {WHEELS_MAX}");
             return Err(BuildError::new(why).help(help).at("wheels"));
         }
-        // The turning axis passes through the unsteered wheels, because they cannot turn about another axis. If all wheels steer, it passes through
-        // their centre.
+        // The axis of rotation passes through the wheels that do not steer, because they cannot rotate the rover about
+        // another axis. If all wheels steer, it passes through their centre.
         let mean = |of: &dyn Fn(&&WheelPlace) -> bool| {
             let x: Vec<f64> = wheels.iter().filter(of).map(|w| w.position[0]).collect();
             (!x.is_empty()).then(|| x.iter().sum::<f64>() / x.len() as f64)
@@ -142,11 +142,12 @@ impl Layout {
             }
         }
         if across == 0.0 {
-            // All wheels slip sideways, so the rover turns about its axis.
+            // All wheels slip sideways, so the rover rotates about its axis.
             (across, sx) = (1.0, self.axis);
             s2 += self.axis * self.axis;
         }
-        // Normal equations: n vx − Σy ω = Σu, m vy + Σx ω = Σw, −Σy vx + Σx vy + Σ(x²+y²) ω = Σ(x w − y u).
+        // The normal equations are n vx − Σy ω = Σu, m vy + Σx ω = Σw, and −Σy vx + Σx vy + Σ(x²+y²) ω =
+        // Σ(x w − y u).
         let det = s2 - sy * sy / n - sx * sx / across;
         if det <= TOGETHER {
             return None;
@@ -187,8 +188,9 @@ pub(crate) mod tests {
 
     #[test]
     fn turning_circles_have_their_centre_on_the_axle_that_does_not_steer() {
-        // By hand: the steering angle is atan(Δx/(ρ − y)), the speed is the distance to the centre of the circle over ρ. Δx counts from the middle axle.
-        // ρ; steering LF RF LR RR in deg; speeds LF RF LM RM LR RR over that of the centre.
+        // Computed by hand: the steering angle is atan(Δx/(ρ − y)), and the speed ratio is the distance to the centre
+        // of the circle divided by ρ. Δx is measured from the middle axle.
+        // Columns: ρ; steering angles LF RF LR RR in deg; speeds LF RF LM RM LR RR divided by the speed of the centre.
         let rows = [
             (
                 3.0,
@@ -246,7 +248,7 @@ pub(crate) mod tests {
             let l = layout(&wheels);
             for (v, w) in [(0.1, 0.0), (0.1, 0.03), (-0.05, 0.02), (0.0, -0.1)] {
                 let t = l.twist(|i| l.command(i, v, w)).unwrap();
-                // The command holds on the axis.
+                // The command must hold at the axis of rotation.
                 let want = [v, -w * l.axis(), w];
                 for k in 0..3 {
                     assert!((t[k] - want[k]).abs() < 1e-12, "{v} {w}: {t:?} {wheels:?}");
@@ -267,7 +269,8 @@ pub(crate) mod tests {
         let l = Layout::new(&wheels, 0.1).unwrap();
         let rho = 1.2;
         let c = commands(&l, 0.6, 0.6 / rho);
-        // Distances to the centre: √(0.9² + 1.2²) = 1.5 m, 0.9 m, 1.5 m; speeds in the ratio of the distances to 1.2 m.
+        // The distances to the centre are √(0.9² + 1.2²) = 1.5 m, 0.9 m and 1.5 m. The speeds are proportional to these
+        // distances divided by 1.2 m.
         for (command, rate) in c.iter().zip([0.75 / 0.3, 0.45 / 0.1, 0.75 / 0.1]) {
             assert!((command[1] - rate).abs() < 1e-12, "{c:?}");
         }

@@ -149,22 +149,22 @@ impl SizedModel for Odometry {
 
     fn update(&self, clock: &Clock, d: &mut [f64], u: &[f64]) {
         let before = OdometryState::get(d);
-        // Rate of each wheel, and steering of those that steer.
+        // Read the rate of each wheel, and the angle of those that steer.
         let measured = |i: usize| {
             let before = self.layout.wheels()[..i].iter().map(|w| 1 + usize::from(w.steered));
             let at: usize = before.sum();
             [if self.layout.wheels()[i].steered { u[at + 1] } else { 0.0 }, u[at]]
         };
-        // `build` has checked that the wheels determine the twist.
+        // `build` has checked that the wheels determine the twist, so the default is never used.
         let [vx, vy, wheels] = self.layout.twist(measured).unwrap_or([0.0; 3]);
         let [yaw_rate, roll, pitch] = std::array::from_fn(|k| u[u.len() - 3 + k]);
         let ((sr, cr), (sp, cp)) = (roll.sin_cos(), pitch.sin_cos());
-        // The planet's rotation about the deck's z axis.
+        // Subtract the planet's rotation about the deck's z axis.
         let about_deck = if self.p.gyro { yaw_rate - self.turning * cr * cp } else { wheels };
-        // A vertical deck has no heading.
+        // A vertical deck has no heading, so limit the divisor.
         let turn_rate = about_deck * cr / cp.max(1e-3);
         let (sin, cos) = (before.heading + 0.5 * turn_rate * clock.dt).sin_cos();
-        // Components along the heading, across it and upwards.
+        // Compute the components along the heading, across it and upwards.
         let (ahead, left, up) = (vx * cp + vy * sr * sp, vy * cr, vy * sr * cp - vx * sp);
         OdometryState {
             position: [
@@ -236,7 +236,7 @@ mod tests {
         let o = Odometry::build(p).unwrap();
         let mut d = [0.0; 7];
         let (speed, turn, dt) = (0.1, 0.01, 0.02);
-        // The deck on the plane at an angle `a` from uphill.
+        // The deck is on the plane, at an angle `a` from uphill.
         let deck = |a: f64| {
             Quat::from_axis_angle(&Vec3::y_axis(), -slope)
                 * Quat::from_axis_angle(&Vec3::z_axis(), a)
@@ -251,7 +251,7 @@ mod tests {
             let u = [rate, rate, rate, rate, turn, roll, pitch];
             o.update(&Clock::at(0.0, dt, n as u64), &mut d, &u);
         }
-        // Two thirds of a circle of 10 m.
+        // The rover drives two thirds of a circle of 10 m.
         let error = Vec3::new(d[0], d[1], d[2]) - place;
         assert!(place.norm() > 5.0 && error.norm() < 2e-3, "{error} {place}");
     }

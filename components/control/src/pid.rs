@@ -153,7 +153,7 @@ mod tests {
 
     #[test]
     fn output_is_limited_and_the_integral_does_not_wind_up() {
-        // The command cannot be reached at first: the limit holds the output.
+        // The command cannot be reached at first, because the output is limited.
         let p = PidParams { limit: 4.0, ..gains() };
         let (y, peak) = settle(&p, 3.5, 0.0, 30.0);
         assert!((y - 3.5).abs() < 1e-3 && peak < 3.7, "{y} {peak}");

@@ -127,7 +127,7 @@ fn usual(t: f64) -> [f64; 3] {
 #[test]
 fn a_day_goes_as_it_is_planned() {
     let run = Run::of(&day(), 400, usual);
-    // A condition that holds at 610 s is seen there, and acts a sample later.
+    // A condition that becomes true at 610 s is detected there, and acts one sample later.
     assert_eq!(run.when("level", 0.4, 0.0), Some(620.0));
     assert_eq!(run.when("drive", 1.0, 0.0), Some(1220.0));
     assert_eq!(run.when("running.drive", 1.0, 0.0), Some(1220.0));
@@ -136,7 +136,7 @@ fn a_day_goes_as_it_is_planned() {
         (run.when("heater", 0.0, 0.0), run.when("heater", 1.0, 2020.0)),
         (Some(2020.0), Some(2920.0))
     );
-    // The last step lasts no time.
+    // The last step has no duration.
     assert_eq!(run.when("done", 1.0, 0.0), Some(2920.0));
     assert_eq!(run.when("waiting", 0.0, 0.0), Some(620.0));
     assert_eq!((run.last("level"), run.last("step"), run.last("failures")), (0.05, 5.0, 0.0));
@@ -155,21 +155,22 @@ fn a_step_lasts_its_duration_though_its_condition_holds_at_once() {
 fn what_takes_too_long_fails_and_goes_where_it_is_told() {
     let lost: At = |t| [40_000.0 + t, 0.0, 280.0];
     let run = Run::of(&day(), 400, lost);
-    // The rover drives for an hour from 0 s on; then it sleeps, without the step `talk`.
+    // The rover does not arrive, so the step `drive` fails after an hour. The rover then sleeps,
+    // and the step `talk` is left out.
     assert_eq!(run.when("drive", 0.0, 100.0), Some(3610.0));
     assert_eq!((run.when("failures", 1.0, 0.0), run.last("failed_step")), (Some(3610.0), 2.0));
     assert_eq!(run.when("running.talk", 1.0, 0.0), None);
     assert_eq!((run.last("done"), run.last("aborted"), run.last("level")), (1.0, 0.0, 0.05));
-    // The next step instead.
+    // With "next", the plan continues with the next step.
     let mut p = day();
     p.steps[1].on_failure = "next".into();
     assert_eq!(Run::of(&p, 500, lost).when("running.talk", 1.0, 0.0), Some(3610.0));
-    // The end of all, with commands as at the start.
+    // With "abort", the plan ends, with the commands of its start.
     p.steps[1].on_failure = "abort".into();
     let run = Run::of(&p, 500, lost);
     assert_eq!((run.last("aborted"), run.last("done"), run.last("level")), (1.0, 1.0, 0.1));
     assert_eq!((run.last("heater"), run.last("drive"), run.last("step")), (1.0, 0.0, 5.0));
-    // The same steps again take an hour each time.
+    // With the name of a step, the plan repeats this step, which takes an hour each time.
     p.steps[1].on_failure = "drive".into();
     let run = Run::of(&p, 1100, lost);
     assert_eq!((run.last("failures"), run.last("running.drive")), (3.0, 1.0));
@@ -209,7 +210,7 @@ fn cut_anywhere_it_goes_on_with_the_same_bits() {
     plan.initial(&mut [], &mut d);
     for k in 0..300 {
         plan.update(&at(k), &mut d, &usual(DT * k as f64));
-        // Another instance, which knows nothing but the lanes.
+        // Another instance continues from the state alone.
         let other = Plan::build(day()).unwrap();
         let (mut a, mut b) = (d.clone(), d.clone());
         plan.update(&at(k + 1), &mut a, &usual(DT * (k + 1) as f64));

@@ -61,7 +61,7 @@ impl Degraded {
         let fresh = depth(&h);
         let mut out = Degraded { taus: vec![], profiles: vec![], reaches: vec![] };
         out.keep(0.0, &h);
-        // A quarter of what is stable on a grid: h changes little in a step.
+        // Use a quarter of the largest stable time step, so that h changes little in a step.
         let dt = 0.25 * STEP * STEP;
         let (mut tau, mut next) = (0.0, 1e-3);
         while depth(&h) > FORGOTTEN * fresh {
@@ -246,12 +246,12 @@ mod tests {
     fn the_law_is_that_of_the_moon() {
         assert_eq!(production(1000.0), 1.0);
         assert!((chronology(1.0) - 8.38e-4).abs() < 1e-6, "{}", chronology(1.0));
-        // 4 Gyr: the exponential has overtaken; N₁ of the oldest maria is some 1e-2.
+        // At 3.8 Gyr the exponential term dominates; N₁ of the oldest maria is some 1e-2.
         assert!(
             (chronology(3.8) - (5.44e-14 * (6.93f64 * 3.8).exp() + 8.38e-4 * 3.8)).abs() < 1e-9
         );
         let slope = |d: f64| (production(1.01 * d) / production(d)).log10() / 1.01f64.log10();
-        // Steep between 0.3 and 1 km, about -3 at 10 m, and the same further down.
+        // The slope is steep between 0.3 and 1 km, about −3 at 10 m, and constant below.
         assert!((slope(500.0) + 3.8).abs() < 0.2, "{}", slope(500.0));
         assert!((slope(10.5) + 3.0).abs() < 0.2, "{}", slope(10.5));
         assert!((slope(2.0) - slope(9.8)).abs() < 1e-6);
@@ -312,14 +312,16 @@ mod tests {
         assert_eq!(craters.len() as f64, surface.wanted(&table).round());
         assert!(craters.iter().all(|c| c.tau >= 0.0 && c.tau <= table.last() * 1.02));
         assert!(craters.iter().all(|c| c.diameter >= 2.0 && c.diameter <= 200.0));
-        // Made within the last 20 Myr and wide enough not to be forgotten: the bare law.
+        // Craters of the last 20 Myr are too young and too wide to have vanished, so their number
+        // follows the bare law.
         let age = |c: &Aged| c.tau / surface.degradation(c.diameter, 1.0);
         let young = craters.iter().filter(|c| c.diameter > 10.0 && age(c) < 0.05).count() as f64;
         let want = (production(10.0) - production(200.0)) * chronology(0.05) * 0.8;
         println!("{} craters, {young} young ones wider than 10 m, wanted {want:.1}", craters.len());
         assert!((young - want).abs() < 4.0 * want.sqrt().max(1.0), "{young} {want}");
-        // Small ones are in the equilibrium that is observed (Minton and others 2019): as D⁻², a few percent of geometric
-        // saturation, which is 1.54 D⁻² on a square metre, when those are counted that have a fifth of their depth.
+        // Small craters are in the observed equilibrium (Minton and others 2019): their number is proportional to D⁻²,
+        // a few percent of geometric saturation, which is 1.54 D⁻² per square metre. Count craters that have at least a
+        // fifth of their depth.
         let depth = |tau: f64| {
             let h = |k: i32| table.height(f64::from(k) * 0.02, tau);
             (0..150).map(h).fold(f64::MIN, f64::max) - h(0)

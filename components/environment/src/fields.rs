@@ -68,7 +68,8 @@ impl Service for UniformGravity {
                 Err(BuildError::new(fact).help(help))
             }
             (Some(world), Some(acceleration)) if world.mu().is_some() => {
-                // A point mass neglects J₂: 0.3 % at the poles of the Earth and of Mars.
+                // The tolerance covers J₂, which a point mass neglects: 0.3 % at the poles of the
+                // Earth and of Mars.
                 let g = at_the_origin(&world)?;
                 if (acceleration.norm() / g - 1.0).abs() <= SAME_BODY {
                     return Ok(UniformGravity(acceleration));
@@ -178,7 +179,7 @@ impl ExponentialAtmosphere {
     /// Returns the height above the ellipsoid (without a world above z = 0), m, and the velocity of the ground under p, m/s.
     fn height(&self, t: f64, p: Vec3) -> (f64, Vec3) {
         let Some(world) = &self.world else { return (p.z, Vec3::zeros()) };
-        // Level ground has no curvature; z counts from the height of its origin.
+        // Level ground has no curvature, and z is measured from the height of the origin.
         if let (Axes::Level(_), Some(site)) = (world.planet.axes(), &world.params.site) {
             return (site.height + p.z, Vec3::zeros());
         }
@@ -261,7 +262,7 @@ pub struct FixedSun {
 
 impl Sun for FixedSun {
     fn state(&self, t: f64) -> SunState {
-        // At a rotating site the direction is fixed in inertial axes.
+        // At a rotating site, the direction of the Sun is fixed in inertial axes.
         let turning = |w: &PlanetWorld| w.planet.site.filter(|_| w.planet.turning);
         let Some(site) = self.world.as_ref().and_then(turning) else { return self.start };
         let turned = site.to_inertial(t).inverse() * site.to_inertial(0.0);
@@ -399,7 +400,7 @@ mod tests {
     #[test]
     fn an_azimuth_knows_the_heading_of_its_site() {
         for turning in [true, false] {
-            // x of W points to the north-east, 30° from east.
+            // The x axis of W points 30° from east towards north.
             let site = SiteParams { heading: 0.5 * FRAC_PI_2 / 1.5, ..here(turning) };
             let world = WorldParams { site: Some(site), ..WorldParams::of(Centre::Mars) };
             let at = |azimuth: f64| sun(level(azimuth, 0.0, Some(world.clone()))).unwrap().start;
@@ -420,7 +421,8 @@ mod tests {
         let at = |world: Option<WorldParams>, t: f64| {
             sun(level(FRAC_PI_2, 0.2, world)).unwrap().state(t).direction
         };
-        // On the equator the Sun rises in the east by a radian in 1000 s, passes the zenith and sets.
+        // At the equator the Sun moves by a radian in 1000 s: it rises in the east, passes the zenith
+        // and sets.
         for t in [0.0, 1000.0, 2500.0] {
             let height: f64 = 0.2 + 1e-3 * t;
             let want = Vec3::new(height.cos(), 0.0, height.sin());
@@ -472,7 +474,8 @@ mod tests {
         let e = of(Some(written), Some(mars.clone())).err().unwrap();
         assert!(e.message.contains("level ground") && e.help.unwrap().contains("turning: false"));
         assert!(of(None, None).err().unwrap().param.as_deref() == Some("acceleration"));
-        // On the equator of Mars gravity is μ/R² − ω² R. A written acceleration must agree with it.
+        // At the equator of Mars, gravity is μ/R² − ω² R. An explicit acceleration must agree with
+        // it.
         let site = Some(here(false));
         let level = WorldParams { site, ..mars.clone() };
         let e = of(Some(written), Some(level.clone())).err().unwrap();
@@ -517,7 +520,7 @@ mod tests {
         let ground = -7.088_218e-5 * 3_407_290.0;
         assert!((a.wind - Vec3::x() * (ground + 3.0)).norm() < 1e-3, "{}", a.wind);
         assert_eq!(mars.altitude(0.0, Vec3::y() * 3_396_190.0).map(f64::round), Some(0.0));
-        // The air of level ground at a height of 2 km is the air at 2 km.
+        // The air above level ground at a height of 2 km is the air at an altitude of 2 km.
         for turning in [true, false] {
             let high = Some(SiteParams { height: 2000.0, ..here(turning) });
             let high = air(Some(WorldParams { site: high, ..WorldParams::of(Centre::Mars) }));

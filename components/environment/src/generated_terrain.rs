@@ -221,7 +221,7 @@ mod tests {
         let e = GridTerrain::build(big, &Files::default()).err().unwrap();
         assert_eq!(e.param.as_deref(), Some("spacing"));
         let refused = |p: GeneratedParams| GridTerrain::build(p, &Files::default()).err().unwrap();
-        // The shortest wave that nodes show is two of them long.
+        // The shortest wavelength that nodes can represent is twice their distance.
         let e = refused(GeneratedParams { wavelength: 0.2, ..generated() });
         assert_eq!((e.param.as_deref(), e.help.is_some()), (Some("wavelength"), true), "{e:?}");
         let even = GeneratedParams { wavelength: 0.2, relief: 0.0, ..generated() };

@@ -180,7 +180,7 @@ fn craters(recipe: &Recipe, field: &HeightField) -> Vec<[f64; 3]> {
             out.push([x, y, d]);
         }
     }
-    // Large craters come first: small young craters lie in large old ones.
+    // Put large craters first, because small young craters lie in large old ones.
     out.sort_by(|a, b| b[2].total_cmp(&a[2]));
     out
 }
@@ -198,7 +198,7 @@ pub fn rock_cover_above(k: f64, d: f64) -> f64 {
 pub fn rocks_above(k: f64, d: f64, d_max: f64) -> f64 {
     let q = 1.79 + 0.152 / k;
     let density = |d: f64| 4.0 * k * q * (-q * d).exp() / (std::f64::consts::PI * d * d);
-    // Simpson's rule in ln D.
+    // Integrate by Simpson's rule in ln D.
     let (a, b) = (d.ln(), d_max.ln());
     let n = 200;
     let h = (b - a) / f64::from(n);
@@ -226,14 +226,14 @@ fn rocks(recipe: &Recipe, field: &HeightField) -> Vec<MadeRock> {
     }
     let [x0, y0, x1, y1] = field.bounds();
     let area = (x1 - x0) * (y1 - y0);
-    // Table of N(> D) over ln D, which is inverted.
+    // Tabulate N(> D) over ln D, and invert the table.
     let steps = 256;
     let diameter = |i: usize| low * (high / low).powf(i as f64 / steps as f64);
     let table: Vec<f64> =
         (0..steps).map(|i| rocks_above(k, diameter(i), high)).chain([0.0]).collect();
     let count = (table[0] * area).round() as usize;
     let mut random = Random::new(recipe.seed, 3);
-    // Burial has a separate stream, so that it does not change the places of the rocks.
+    // Burial uses a separate random stream, so that it does not change the positions of the rocks.
     let mut buried = Random::new(recipe.seed, 4);
     let [least, most] = recipe.rock_burial;
     let mut out = vec![];
@@ -267,7 +267,8 @@ fn stamp(field: &mut HeightField, rock: &MadeRock) {
     let (radius, height) = (0.5 * rock.diameter, rock.height);
     field.map_around(rock.x, rock.y, radius, |rho, h| {
         if height >= radius {
-            // The widest part is above the ground; below it the grid has a vertical side.
+            // The widest part of the rock is above the ground. Below it, the grid has a vertical
+            // side.
             return h + (height - radius) + radius * (1.0 - (rho / radius).powi(2)).max(0.0).sqrt();
         }
         let ball = (radius * radius + height * height) / (2.0 * height);
@@ -307,7 +308,7 @@ mod tests {
         let n = field.heights().len() as f64;
         let rms = (field.heights().iter().map(|&h| f64::from(h).powi(2)).sum::<f64>() / n).sqrt();
         assert!((rms - 0.3).abs() < 1e-4, "{rms}");
-        // RMS difference of heights at a distance L grows as L^H.
+        // The RMS difference of heights at a distance L must grow as L^H.
         let [nx, ny] = field.size();
         let spread = |lag: usize| {
             let mut sum = 0.0;
@@ -397,7 +398,8 @@ mod tests {
                 assert_eq!((a.x, a.y, a.diameter), (b.x, b.y, b.diameter));
                 assert!((a.height / a.diameter - ratio).abs() < 1e-12, "{burial}");
             }
-            // An isolated rock: its top, and its volume as a cap, π h (3 a² + h²)/6, above a cylinder if it is higher than its radius.
+            // For an isolated rock, check its top and its volume, which is a cap of π h (3 a² + h²)/6, above a cylinder
+            // if it is higher than its radius.
             let alone = |r: &&MadeRock| {
                 let near = |o: &MadeRock| {
                     (o.x - r.x).hypot(o.y - r.y) < 0.5 * (o.diameter + r.diameter) + 0.3

@@ -228,7 +228,7 @@ impl Gravity for ZonalGravity {
         })
     }
     fn scale(&self, _: f64, p: Vec3) -> f64 {
-        // Same length scale as for a series of degree 4.
+        // The length scale is the same as for a series of degree 4.
         relative_to_centre(self.world.planet.site.as_ref(), p) / 6.0
     }
     fn axes(&self) -> Axes {

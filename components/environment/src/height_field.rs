@@ -121,7 +121,7 @@ impl HeightField {
             (self.grid.origin(), self.grid.spacing(), self.grid.size());
         let xs: Vec<f64> = (0..nx).map(|i| origin[0] + i as f64 * spacing[0]).collect();
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        // A thread costs some 20 µs: few nodes are not worth one.
+        // Starting a thread costs some 20 µs, which is too much for few nodes.
         let threads = cores.min(nx * ny / 20_000).max(1);
         let rows_each = ny.div_ceil(threads).max(1);
         let work = |first: usize, rows: &mut [f32]| {
@@ -183,7 +183,8 @@ impl HeightField {
     /// data.
     pub fn relief(&self, at: &[[f64; 2]], out: &mut [[f64; 3]]) {
         let all = self.nodes();
-        // Points near each other, such as the points under a wheel, share a window: rows of the map are pages apart in memory.
+        // Points near each other, such as the points under a wheel, share a window, because rows of the map are pages
+        // apart in memory.
         let mut window = [0.0; WINDOW * WINDOW];
         let nodes = self.window(at, &mut window).unwrap_or(all);
         for ([x, y], out) in at.iter().zip(out) {
@@ -336,7 +337,8 @@ mod tests {
     fn points_together_get_what_each_gets_alone() {
         let mut field = sampled(|x, y| (3.0 * x).sin() * (2.0 * y).cos() * 0.2 + 0.1 * x * y);
         field.heights[20 * 31 + 15] = f32::NAN; // x = 0, y = 0
-        // Close together, far apart, over the hole, over each border, off the map; few and many.
+        // Test points close together, far apart, over the hole, over each border and outside of the
+        // map, in small and large numbers.
         for (x, y, apart) in [
             (1.3, 2.1, 0.05),
             (0.0, 0.0, 0.04),

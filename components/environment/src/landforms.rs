@@ -213,7 +213,7 @@ mod tests {
 
     fn put(kind: LandformKind, height: f64, wavelength: Option<f64>) -> HeightField {
         let mut field = level();
-        // Rotated by 90 degrees, so the heading is along y.
+        // The landform is rotated by 90 degrees, so its heading is along y.
         let heading = 0.5 * PI;
         let form = Landform {
             kind,
@@ -321,7 +321,7 @@ mod tests {
         assert!(across.abs() < 1e-3, "{across}");
         let steep = Dunes { height: 6.0, ..dunes };
         assert!(steep.lee_length().unwrap_err().help.unwrap().contains("wavelength"));
-        // Wandering of the crests does not change the height.
+        // The wander of the crests does not change the height.
         let mut winding = level();
         Dunes { wander: 0.5, ..dunes }.raise(&mut winding, 1);
         assert_ne!(winding, field);

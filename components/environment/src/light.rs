@@ -37,7 +37,7 @@ impl SunView {
         let sun = (RADIUS_SUN / self.distance).min(1.0).asin();
         let body = (radius / r.norm()).min(1.0).asin();
         let separation = self.sun.cross(r).norm().atan2(self.sun.dot(r));
-        // A body behind the Sun hides no part of it.
+        // A body behind the Sun does not hide any part of it.
         if r.norm() - radius > self.distance {
             return;
         }

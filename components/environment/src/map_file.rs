@@ -43,7 +43,7 @@ fn ending(path: &Path) -> String {
 pub fn open_map(path: &Path, options: &HeightsOptions) -> Result<OpenMap, BuildError> {
     let name = path.display().to_string();
     let fault = |e: &dyn std::fmt::Display| BuildError::of(&format!("`{name}`: {e}"));
-    // Checked before opening, because opening a named pipe would block until a writer appears.
+    // Check before opening, because opening a named pipe would block until a writer appears.
     let there = path.metadata().map_err(|e| {
         fault(&e).help("name an existing map: .tif, .asc, .xyz, .png, .bmp, .lbl, .img, .xml, or a folder .tiles")
     })?;
@@ -148,10 +148,10 @@ impl Resampled {
     pub fn new(map: OpenMap, spacing: [f64; 2]) -> Result<Resampled, BuildError> {
         let map = map.anywhere()?;
         let old = map.grid();
-        // Checks the spacing before it is used as a divisor.
+        // Check the spacing before it is used as a divisor.
         Lattice::new(old.origin(), spacing, 2, 2).map_err(|e| BuildError::of(&e))?;
         let [x0, y0, x1, y1] = old.bounds();
-        // The tolerance keeps a last node that round-off moves beyond the edge.
+        // The tolerance keeps a last node that round-off would move outside.
         let count = |k: usize, length: f64| (length / spacing[k] * (1.0 + 1e-12)).floor() + 1.0;
         let (nx, ny) = (count(0, x1 - x0), count(1, y1 - y0));
         if !(nx.max(ny) <= f64::from(1_u32 << 31)) {
@@ -176,7 +176,7 @@ impl Resampled {
                 let aside = |k: usize, n: usize, of: usize| {
                     (n as f64 - 0.5 * (of as f64 - 1.0)) * self.apart[k]
                 };
-                // Near an edge only samples inside the map are averaged.
+                // Near an edge, average samples inside the map only.
                 let (px, py) = (x + aside(0, a, mx), y + aside(1, b, my));
                 let (px, py) = if mx == 1 && my == 1 { (px.min(x1), py.min(y1)) } else { (px, py) };
                 if px < x0 || py < y0 || px > x1 || py > y1 {
@@ -416,7 +416,7 @@ mod tests {
         let got = finer.node(2.0 + 0.2 * 33.0, -3.0 + 0.2 * 71.0).unwrap();
         let want = field.ground(2.0 + 0.2 * 33.0, -3.0 + 0.2 * 71.0).unwrap().0;
         assert_eq!(got, want as f32);
-        // A wave as long as the new spacing averages to zero.
+        // A wave whose length is the new spacing averages to zero.
         let nx = 241;
         let wave: Vec<f32> = (0..nx * nx)
             .map(|k| 3.0 + (std::f32::consts::TAU * (k % nx) as f32 / 8.0).sin())
@@ -457,7 +457,7 @@ mod tests {
         let path = |name: &str| folder.path().join(name);
         let heights: Vec<f32> = (0..64 * 64).map(|k| (k as f32 * 0.7).sin()).collect();
         let field = HeightField::new([0.0; 2], [1.0; 2], 64, 64, heights).unwrap();
-        // GDAL writes the strips behind the tags, the southern one last.
+        // GDAL writes the strips after the tags, and the southern strip last.
         let whole = "../../framework/formats/tests/data/heights/f32_strips_big_endian.tif";
         let bytes = std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join(whole)).unwrap();
         std::fs::write(path("cut.tif"), &bytes[..bytes.len() - 100]).unwrap();

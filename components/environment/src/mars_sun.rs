@@ -142,7 +142,7 @@ mod tests {
         close(t.local_true_solar_h(-184.702), 0.0002, 1e-4);
         close(t.declination_deg, -13.42040, 5.1e-5);
         close(t.distance_au, 1.47767, 5.1e-6);
-        // True midnight: the sun is due north or south, as far below the horizon as it gets.
+        // At true midnight the Sun is due north or south, and at its lowest below the horizon.
         let d = t.sun_direction(-14.640, -184.702);
         close(d.x, 0.0, 1e-4);
         let centric = (0.42565 * 327.32416f64.to_radians().sin()).asin();

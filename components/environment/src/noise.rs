@@ -33,7 +33,8 @@ impl Cell {
         self.at = [i, j];
         self.gradients = CORNERS.map(|[di, dj]| {
             let (i, j) = (i + di, j + dj);
-            // Shared corners with the previous cell are copied. The comparisons are false for the initial NaN.
+            // Copy the corners that the cell shares with the previous one. The comparisons are false for the
+            // initial NaN.
             let (a, b) = (i - oi, j - oj);
             if (a == 0.0 || a == 1.0) && (b == 0.0 || b == 1.0) {
                 return before[a as usize + 2 * b as usize];
@@ -121,7 +122,7 @@ impl Octave {
 fn noise_of_four(cell: &mut Cell, x: f64x4, y: f64x4) -> f64x4 {
     let (i, j) = (x.floor(), y.floor());
     let (iu, jv) = (i.to_array(), j.to_array());
-    // cos and sin at each corner, one SIMD lane per point.
+    // Compute cos and sin at each corner, with one SIMD lane per point.
     let mut gradients = [[f64x4::ZERO; 2]; 4];
     if iu == [iu[0]; 4] && jv == [jv[0]; 4] {
         let corners = cell.corners(iu[0], jv[0]);

@@ -84,7 +84,8 @@ mod tests {
 
     #[test]
     fn the_sun_is_where_the_calendar_says() {
-        // The March equinox of 2020 is on 20 March, 03:50 UTC; the true equinox is 0.28° from the equinox of J2000.
+        // The March equinox of 2020 is on 20 March at 03:50 UTC. The true equinox is 0.28° from the equinox of
+        // J2000.
         let s = at(Centre::Earth, "2020-03-20 03:50:00 UTC").state(0.0);
         assert!((s.direction - Vec3::x()).norm() < 0.006 && (s.distance_au - 0.996).abs() < 1e-3);
         // A quarter of a year later, beyond the end of the table, the Sun is 23.4° north.
@@ -113,7 +114,8 @@ mod tests {
             let dial = crate::mars_sun::MarsTime::at(days + t / 86_400.0);
             let dial = dial.sun_direction(latitude.to_degrees(), longitude.to_degrees());
             let dial = Quat::from_scaled_axis(Vec3::z() * -0.4) * dial;
-            // The sundial algorithm has an error of 0.2 mrad in the hour angle (3 s), and includes light time and aberration, 0.1 mrad.
+            // The sundial algorithm has an error of 0.2 mrad in the hour angle (3 s). It also includes light time and
+            // aberration, 0.1 mrad.
             assert!((s.direction - dial).norm() < 6e-4, "{t} s: {} {dial}", s.direction);
             (highest, lowest) = (highest.max(s.direction.z), lowest.min(s.direction.z));
             // Sunlight is zero below the horizon, hence also radiation pressure and panel power.

@@ -206,7 +206,8 @@ mod tests {
         let mu = G * 2000.0 * 200.0_f64.powi(3);
         let far = Vec3::new(3e4, -2e4, 1e4);
         let want = -far * (mu / far.norm().powi(3));
-        // The field of a cube and the field of a point mass differ by the fourth power of size over distance.
+        // The field of a cube differs from the field of a point mass by the fourth power of size over
+        // distance.
         assert!((body.acceleration(0.0, far) - want).norm() < 1e-8 * want.norm());
         // A rotation by 90° maps a cube onto itself, a rotation by 45° does not.
         let (near, quarter) = (Vec3::new(150.0, 20.0, 30.0), std::f64::consts::FRAC_PI_2 / 1e-3);
@@ -238,7 +239,7 @@ mod tests {
         let there = built(params(), CUBE).unwrap();
         let here = built(p_of(at_site()), CUBE).unwrap();
         let site = here.site().unwrap();
-        // The origin is 25 m above the sphere, at its latitude.
+        // The origin is 25 m above the sphere, at the latitude of the site.
         let origin = site.to_planet(&Vec3::zeros());
         assert!(
             (origin.norm() - 175.0).abs() < 1e-9 && (origin.z / 175.0 - 0.6f64.sin()).abs() < 1e-12
@@ -303,7 +304,7 @@ mod tests {
         let epoch = Epoch::parse("2012-08-06 05:17:57 UTC").unwrap();
         let rate = (MU_SUN / (1.5 * AU).powi(3)).sqrt();
         let p = Vec3::new(2.1e3, -1.7e3, 0.9e3);
-        // Times within the interpolation table of Jupiter and beyond it.
+        // Test times within the interpolation table of Jupiter and after its end.
         for t in [0.0, 5e4, 4e5] {
             let (sin, cos) = (std::f64::consts::TAU / 3.0 + rate * t).sin_cos();
             let (tilt, lean) = OBLIQUITY_J2000.sin_cos();

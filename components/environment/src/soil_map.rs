@@ -170,7 +170,7 @@ impl Cells {
     fn at(&self, x: f64, y: f64) -> u16 {
         let (u, v) =
             ((x - self.corner[0]) * self.inverse[0], (y - self.corner[1]) * self.inverse[1]);
-        // The northern and eastern edges belong to the picture; NaN does not.
+        // Points on the northern and eastern edges are inside; NaN is outside.
         if !(u >= 0.0 && v >= 0.0 && u <= self.nx as f64 && v <= self.ny as f64) {
             return EVERYWHERE;
         }
@@ -194,7 +194,7 @@ fn cells(
     let path = files.resolve(&raster.file).map_err(at)?;
     let fault = |e: String| at(BuildError::of(&format!("`{}`: {e}", raster.file)));
     let bytes = linkwork_formats::whole_file(&path).map_err(fault)?;
-    // The bounds define its place, and grey values are numbers.
+    // The bounds define the position, so use a spacing of 1. Grey values are soil numbers.
     let options = HeightsOptions { spacing: Some([1.0; 2]), range: [0.0, 255.0] };
     let none = &mut |_: &str| Err("a raster of soils is one file".to_string());
     let read =
@@ -242,7 +242,8 @@ mod tests {
 
     fn files() -> (tempfile::TempDir, Files) {
         let folder = tempfile::tempdir().unwrap();
-        // Numbers of three columns and two rows, the northern row first; no data in the south-east.
+        // The raster has three columns and two rows, with the northern row first and no data in the
+        // south-east.
         let grid = "ncols 3\nnrows 2\nNODATA_value -1\n1 2 2\n7 7 -1\n";
         std::fs::write(folder.path().join("soils.asc"), grid).unwrap();
         let files = Files::of(vec![folder.path().into()]);
@@ -270,7 +271,7 @@ mod tests {
                 outline: vec![[0.0, 0.0], [10.0, 0.0], [10.0, 10.0]],
                 soil: of(SoilKind::LeteSand),
             },
-            // Not convex: a notch from the east.
+            // This polygon is not convex: it has a notch from the east.
             SoilPatch {
                 outline: vec![[4.0, 1.0], [8.0, 1.0], [5.0, 2.0], [8.0, 3.0], [4.0, 3.0]],
                 soil: of(SoilKind::MarsDrift),

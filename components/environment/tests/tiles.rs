@@ -73,7 +73,8 @@ fn ten_thousand_million_nodes_open_at_once_and_take_bounded_memory() {
         at += bytes.len() as u64;
         entry
     };
-    // Nodes of a tile along one axis: one before its cells and two behind, as far as there are any.
+    // A tile has nodes one before its cells and two after them along each axis, if the map has
+    // them.
     let span = |t: usize| (t * TILE + TILE + 2).min(NODES) - (t * TILE).saturating_sub(1);
     let mut pieces = BTreeMap::new();
     let mut index = Vec::new();
@@ -103,12 +104,12 @@ fn ten_thousand_million_nodes_open_at_once_and_take_bounded_memory() {
     drop(file);
 
     let before = mutate::most_memory();
-    #[allow(clippy::disallowed_methods)] // A test of how long it takes.
+    #[allow(clippy::disallowed_methods)] // This test measures time.
     let clock = std::time::Instant::now();
     let tiles = Tiles::open(&path, 256).unwrap();
     let (every, overview) = tiles.overview().unwrap();
     let opened = clock.elapsed();
-    // Across the whole map and along a tile's edge: some 800 tiles.
+    // Query points across the whole map and along the edge of a tile, in some 800 tiles.
     for k in 0..100_000 {
         let f = f64::from(k) / 99_999.0;
         let there = 99_999.0 * f;
@@ -121,7 +122,8 @@ fn ten_thousand_million_nodes_open_at_once_and_take_bounded_memory() {
     let after = mutate::most_memory();
     println!("opened in {opened:?}, {} tiles kept, memory {before:?} to {after:?}", tiles.kept());
     assert_eq!((tiles.kept(), every, overview.nx), (256, step, shown));
-    // The middle of a tile follows the tile's formula. Node (300, 1000) is the 45th and the 233rd of its tile, with the one before.
+    // The middle of a tile follows the formula of the tile. With the additional node before, node (300, 1000) has the
+    // numbers 45 and 233 in its tile.
     let (h, _) = tiles.ground(300.0, 1000.0).unwrap();
     assert!((h - f64::from((45.0_f32 * 0.1).sin() + 233.0 * 1e-3)).abs() < 1e-6, "{h}");
     assert!(opened.as_secs_f64() < 0.5, "{opened:?}");

@@ -181,7 +181,7 @@ impl Balloon {
         // A stage of the integrator may evaluate a negative gas mass.
         let mass = x.mass.max(0.0);
         let work = mass * p.gas_constant * temperature;
-        // In a vacuum the envelope is full; avoid a division by zero.
+        // In a vacuum the envelope is full. The lower bound avoids a division by zero.
         let free = work / air.pressure.max(f64::MIN_POSITIVE);
         let volume = free.min(p.volume);
         let over = if free > p.volume { work / p.volume - air.pressure } else { 0.0 };
@@ -373,7 +373,8 @@ mod tests {
                 risen = Some(*y);
             }
         });
-        // Slack: the displaced mass is m R_g T/(R_a T). Drag balances the net buoyancy, except for the growth of the cross-section.
+        // While the envelope is slack, the displaced mass is m R_g T/(R_a T). Drag balances the net buoyancy, except
+        // for the growth of the cross-section.
         let [z, rate, gas, _] = risen.unwrap();
         let displaced = gas * 2077.26 / R_A;
         let density = RHO * (-z / H).exp();
@@ -388,7 +389,7 @@ mod tests {
 
     #[test]
     fn about_its_float_height_it_bobs_with_the_period_of_its_displaced_air() {
-        // (1 + C_v) m z̈ = −m g z/H: virtual mass lowers the frequency.
+        // The equation of motion is (1 + C_v) m z̈ = −m g z/H: virtual mass lowers the frequency.
         let m = balloon(BalloonParams { drag_coefficient: 0.0, ..params() });
         let float = H * (RHO * 5000.0 / 32.0).ln();
         let (mut crossings, mut before) = (Vec::new(), 1.0);
@@ -436,7 +437,7 @@ mod tests {
                 top = Some(*y);
             }
         });
-        // At the greatest height the balloon is full, without over-pressure.
+        // At its greatest height the balloon is full and has no over-pressure.
         let top = top.unwrap();
         let density = RHO * (-top[0] / H).exp();
         println!("{} m with {} kg of gas", top[0], top[2]);
@@ -452,7 +453,7 @@ mod tests {
         let gas = slope(&m, 28.0, 0.4, &[0.0, 0.0, 4.0, 0.0])[2];
         let light = RHO * R_A / 2077.26;
         let d = (6.0 * 4.0 / light / PI).cbrt();
-        // Hydrostatic head of 0.9 Pa, including the regularization below 0.1 Pa.
+        // The hydrostatic head is 0.9 Pa, including the regularization below 0.1 Pa.
         let head = (RHO - light) * G * d;
         let want = -0.4 * 0.6 * 0.1 * head * (2.0 * light / (head + 0.1)).sqrt();
         assert!((gas / want - 1.0).abs() < 1e-9 && head > 0.8, "{gas} {want} {head}");

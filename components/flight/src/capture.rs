@@ -269,7 +269,8 @@ mod tests {
         let about = |s: &NodeState, w: &Wrench| w.moment + s.position.cross(&w.force);
         let total = about(&u.a, &y.on_a) + about(&u.b, &y.on_b);
         assert!(total.norm() < 1e-12, "{total}");
-        // Power of all loads = −d/dt of the springs' energy − power of the dampers; the first by difference over the motion.
+        // The power of all loads is −d/dt of the springs' energy minus the power of the dampers. The former is computed
+        // by a difference along the motion.
         let power = |s: &NodeState, w: &Wrench| w.force.dot(&s.velocity) + w.moment.dot(&s.angular);
         let stored = |h: f64| {
             let moved = |s: &NodeState| NodeState {

@@ -175,14 +175,15 @@ mod tests {
 
     #[test]
     fn steep_entry_follows_allen_and_eggers() {
-        // Allen and Eggers: a straight line at 14.06° over flat ground, starting above the atmosphere, without gravity:
-        // V = V_E exp(−ρ₀ H e^(−h/H)/(2 β sin γ)), the peak at h* = 29686.864 m, V* = 4405.839 m/s, 21.6610 g_E.
+        // Allen and Eggers: a straight line at 14.06° over flat ground, starting above the atmosphere, without gravity.
+        // The solution is V = V_E exp(−ρ₀ H e^(−h/H)/(2 β sin γ)), with the peak of 21.6610 g_E at h* = 29686.864 m and
+        // V* = 4405.839 m/s.
         let (ve, gamma, beta) = (7264.0, 14.06f64.to_radians(), 63.0);
         let mass = beta * 1.6 * 5.5;
         let d = drag(Vec3::zeros());
         let down = Vec3::new(gamma.cos(), 0.0, -gamma.sin());
         let braking = |h: f64, v: f64| at(&d, Vec3::new(0.0, 0.0, h), down * v).drag / mass;
-        // dV/dh = a/(V sin γ), h running down; RK4.
+        // Integrate dV/dh = a/(V sin γ) downwards in h, with RK4.
         let slope = |h: f64, v: f64| braking(h, v) / (v * gamma.sin());
         let step = |h: f64, v: f64, dh: f64| {
             let a = slope(h, v);
@@ -191,7 +192,7 @@ mod tests {
             let e = slope(h + dh, v + dh * c);
             v + dh / 6.0 * (a + 2.0 * (b + c) + e)
         };
-        // e^(−400/11.1) is 2e-16 of the air at the ground.
+        // At 400 km, the density is e^(−400/11.1) = 2e-16 of the density at the ground.
         let (mut h, mut v) = (400_000.0, ve);
         let mut rows = Vec::new();
         while h > 5000.0 {
@@ -204,7 +205,7 @@ mod tests {
             rows.push((h, v, braking(h, v)));
         }
         let top = (1..rows.len()).max_by(|a, b| rows[*a].2.total_cmp(&rows[*b].2)).unwrap();
-        // The peak lies between rows: a parabola through three of them.
+        // The peak lies between rows, so fit a parabola through three of them.
         let [a, b, c] = [rows[top - 1].2, rows[top].2, rows[top + 1].2];
         let h_peak = rows[top].0 - 2.0 * 0.5 * (a - c) / (a - 2.0 * b + c);
         let v_peak = step(rows[top].0, rows[top].1, h_peak - rows[top].0);

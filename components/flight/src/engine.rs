@@ -29,7 +29,7 @@ pub(crate) fn needs_pressure(exit_area: f64) -> Vec<(&'static str, BuildError)> 
 /// ambient pressure then acts on both sides of it: there is no thrust backwards, and none without a jet.
 pub(crate) fn nozzle_thrust(vacuum: f64, pressure: f64, area: f64) -> f64 {
     let thrust = vacuum - pressure * area;
-    // A pressure that is not a number stays one, and stops the run.
+    // Keep NaN, so that it stops the run.
     if thrust < 0.0 { 0.0 } else { thrust }
 }
 
@@ -137,7 +137,7 @@ impl Model for Engine {
     type FeedthroughOutputs = EngineOut;
     fn mode(&self, d: &Burning, u: &EngineIn) -> Burning {
         let least = self.p.throttle_min;
-        // A throttle that is not a number burns, and stops the run.
+        // A NaN throttle counts as burning, so that it stops the run.
         Burning { burns: !(u.throttle < least) || (d.burns && u.throttle > OUT * least) }
     }
     fn guards(&self, u: &EngineIn) -> LeastThrottle {
@@ -157,7 +157,7 @@ impl Model for Engine {
         let p = &self.p;
         let throttle = u.throttle.clamp(0.0, 1.0);
         let off = p.throttle_min == 0.0 && throttle <= 0.0;
-        // Within a step it burns on, at its least.
+        // Within a step the engine continues to burn, at least at its minimum throttle.
         let throttle = if throttle < p.throttle_min { p.throttle_min } else { throttle };
         if !u.propellant.available || off || (p.throttle_min > 0.0 && !d.burns) {
             return EngineOut {
@@ -171,7 +171,7 @@ impl Model for Engine {
         let path = u.nozzle.rotation * p.flow_path;
         let coriolis = u.nozzle.angular.cross(&path) * (-2.0 * flow);
         let (x, y) = (cut(u.gimbal_x, p.gimbal_max), cut(u.gimbal_y, p.gimbal_max));
-        // R_x R_y z.
+        // The direction of the thrust is R_x R_y z.
         let along = Vec3::new(y.sin(), -x.sin() * y.cos(), x.cos() * y.cos());
         let force = u.nozzle.rotation * along * thrust + coriolis;
         let moment = (path * -0.5).cross(&coriolis);
@@ -208,7 +208,7 @@ mod tests {
             m.feedthrough(&Burning { burns: throttle > 0.0 }, &u)
         };
         assert!(at(0.05).thrust == 0.0 && at(0.05).propellant.flow > 0.0 && at(0.0).thrust == 0.0);
-        // NaN stays NaN.
+        // NaN must not be replaced.
         assert!(nozzle_thrust(1e5, f64::NAN, 0.1).is_nan() && at(f64::NAN).thrust.is_nan());
         assert!((at(0.5).thrust - (5e4 - 10_132.5)).abs() < 1e-9);
     }
@@ -289,7 +289,8 @@ mod tests {
 
     #[test]
     fn jet_damping_is_that_of_the_flow_between_two_points() {
-        // Nozzle at −3 m, surface at −1 m from the centre of mass: ṁ (k² − l²) ω.
+        // The nozzle is at −3 m and the surface at −1 m from the centre of mass, so the jet damping
+        // is ṁ (k² − l²) ω.
         let omega = Vec3::new(0.1, 0.0, 0.0);
         let y = at(1.0, true, 0.0, omega);
         let coriolis = y.load.force - Vec3::new(0.0, 0.0, 1000.0);

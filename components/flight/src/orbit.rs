@@ -135,7 +135,7 @@ impl Model for Orbit {
         let energy = 0.5 * speed * speed - mu / distance.max(NEAREST);
         let apocentre = match e.eccentricity < 1.0 {
             true => e.semi_latus_rectum / (1.0 - e.eccentricity) - radius,
-            // Vertical motion below escape speed.
+            // This is vertical motion below the escape speed.
             false if energy < 0.0 => -mu / energy - radius,
             false => OPEN,
         };
@@ -211,7 +211,7 @@ mod tests {
                 assert!((y.eccentricity - e).abs() < 1e-12 && (y.inclination - 0.9).abs() < 1e-12);
                 assert!((y.ascending_node - 2.1).abs() < 1e-12, "{}", y.ascending_node);
                 assert!((y.height - (s.position.norm() - R)).abs() < 1e-6);
-                // tan γ = e sin ν/(1 + e cos ν).
+                // The path angle follows from tan γ = e sin ν/(1 + e cos ν).
                 let gamma = (e * anomaly.sin()).atan2(1.0 + e * anomaly.cos());
                 assert!((y.path_angle - gamma).abs() < 1e-12, "{}", y.path_angle);
             }
@@ -224,7 +224,7 @@ mod tests {
         assert!(away.energy > 0.0 && away.eccentricity > 1.0 && away.apocentre == OPEN);
         let up = at(&orbit(None), 0.0, Vec3::z() * 7e6, Vec3::z() * 100.0);
         assert!((up.pericentre + R).abs() < 1e-6 && up.path_angle > 1.57, "{up:?}");
-        // v²/2 − μ/r = −μ/r_max.
+        // The energy gives v²/2 − μ/r = −μ/r_max.
         let highest = 1.0 / (1.0 / 7e6 - 100.0_f64.powi(2) / (2.0 * MU));
         assert!((up.apocentre - (highest - R)).abs() < 1e-6, "{up:?}");
         assert!(at(&orbit(None), 0.0, Vec3::zeros(), Vec3::zeros()).energy.is_finite());

@@ -189,13 +189,13 @@ mod tests {
         let y = |t: f64, d: &Passed| m.feedthrough(&at(t), d).y;
         assert_eq!((y(-1.0, &d), y(1.9, &d)), (1.0, 1.0));
         assert!((m.guards(&at(1.5), &d).since + 0.5).abs() < 1e-15);
-        // The event is located to 1 ps on either side.
+        // The event is located within 1 ps of the row, before or after it.
         d = m.handle_event(&at(2.0 - 1e-12), &d).1;
         assert_eq!((d.rows, y(2.0 - 1e-12, &d), y(2.2, &d)), (1.0, -3.0, -3.0));
         d = m.handle_event(&at(2.5), &d).1;
         assert_eq!(y(9.0, &d), 7.0);
         assert_eq!(m.guards(&at(9.0), &d).since, -1.0);
-        // A part of a later phase begins in the middle.
+        // A part that starts in a later phase begins in the middle of the program.
         assert_eq!(y(2.2, &Passed { rows: 0.0 }), -3.0);
     }
 

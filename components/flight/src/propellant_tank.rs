@@ -149,7 +149,7 @@ impl Model for PropellantTank {
         Dry { dry: self.p.propellant == 0.0 }
     }
     fn outputs(&self, x: &Content, d: &Dry) -> TankOut {
-        // A stage of the integrator may look behind the end of the propellant.
+        // A stage of the integrator may continue past the end of the propellant.
         let m = x.mass.max(0.0);
         let r2 = self.p.radius * self.p.radius;
         let level = m / self.per_metre();
@@ -163,7 +163,7 @@ impl Model for PropellantTank {
             let rest = m - swinging;
             let gap = |h: f64| (h - centre) * (h - centre);
             let h0 = (m * centre - swinging * swing_height) / rest;
-            // About the common centre, which stays.
+            // Subtract the moments about the common centre of mass, which does not change.
             across -= swinging * gap(swing_height) + rest * gap(h0);
             about = about.min(2.0 * across);
             centre = h0;
@@ -182,14 +182,15 @@ impl Model for PropellantTank {
         }
     }
     fn derivatives(&self, d: &Dry, u: &Drawn) -> Content {
-        // A dry tank gives nothing; it can be filled.
+        // A dry tank supplies nothing, but it can be filled.
         let flow = u.outlet.flow;
         Content { mass: if d.dry { (-flow).max(0.0) } else { -flow } }
     }
     fn guards(&self, x: &Content, d: &Dry) -> Bottom {
         let filled = x.mass - FILM * self.per_metre();
         match d.dry {
-            // Above zero: the end of the propellant is past, and is not due again in a later phase.
+            // A positive value means that the end of the propellant has already been reported, so
+            // that it is not due again in a later phase.
             true => Bottom { left: 1.0, filled },
             false => Bottom { left: x.mass, filled: -1.0 },
         }
@@ -250,7 +251,7 @@ mod tests {
         let h = 1000.0 / (800.0 * std::f64::consts::PI * 0.25);
         assert!((y.level - h).abs() < 1e-15 && y.outlet.available);
         assert!((y.added.first_moment - Vec3::new(0.0, 0.0, 500.0 * h)).norm() < 1e-12);
-        // About its end: m (r²/4 + h²/3).
+        // The moment of inertia about the end is m (r²/4 + h²/3).
         let want = 1000.0 * (0.25 / 4.0 + h * h / 3.0);
         assert!((y.added.inertia[0] - want).abs() < 1e-12 * want);
         assert!((y.added.inertia[2] - 125.0).abs() < 1e-12);
@@ -274,7 +275,7 @@ mod tests {
         assert!(d.dry);
         let rate = |d: &Dry| tank.derivatives(d, &Drawn { outlet: MassFlows { flow: -2.0 } }).mass;
         assert_eq!((rate(&d), rate(&Dry { dry: false })), (2.0, 2.0));
-        // A film of 0.1 mm is 78.5 g.
+        // A film of 0.1 mm has a mass of 78.5 g.
         let film = 0.1 * std::f64::consts::PI * 0.25;
         let over = |mass: f64| tank.guards(&Content { mass }, &d).filled;
         assert!(over(film - 1e-6) < 0.0 && over(film + 1e-6) > 0.0);

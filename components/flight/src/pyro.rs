@@ -235,7 +235,7 @@ mod tests {
         assert!(guard(1.4, &d, 1.0) < 0.0 && guard(1.51, &d, 1.0) > 0.0);
         d = fire(1.5, &d);
         let force = |t: f64, d: &Charge| m.feedthrough(&Clock::at(t, 0.1, 0), d, &input(1.0));
-        // By Simpson's rule.
+        // Integrate by Simpson's rule.
         let n = 200;
         let sum: f64 = (0..=n)
             .map(|k| {

@@ -115,7 +115,7 @@ impl Model for Recontact {
         if !d.taken && self.p.parted.is_some_and(|parted| !(clearance(&self.p, u).0 >= parted)) {
             return *d;
         }
-        // Covers the time until the next sample.
+        // Also cover the time until the next sample.
         let (until_next, _) = ahead(&self.p, clock.dt, u);
         Least { taken: true, clearance: self.least(d, until_next) }
     }
@@ -189,7 +189,8 @@ mod tests {
         let away = |t: f64| (Vec3::x() * t, Vec3::x());
         let (least, truth) = flown_by(&m, away, 0.1, 100);
         assert!((1.0..1.1 + 1e-9).contains(&least) && truth < -1.4, "{least} {truth}");
-        // 3.5 t − t²/2 parts to 1 m at 0.81 s, comes to 4.6 m and back to 1.5 m at 6.5 s.
+        // The distance 3.5 t − t²/2 reaches 1 m at 0.81 s, increases, and decreases to 1.5 m at 6.5
+        // s.
         let back = |t: f64| (Vec3::x() * (3.5 * t - 0.5 * t * t), Vec3::x() * (3.5 - t));
         let (least, _) = flown_by(&m, back, 0.1, 66);
         let end = 3.5 * 6.6 - 0.5 * 6.6 * 6.6 - 1.5;
@@ -209,7 +210,7 @@ mod tests {
         assert!((y.clearance - (925f64.sqrt() - 1.5)).abs() < 1e-9 && y.rate < 0.0);
         let y = at(pair(Vec3::new(-500.0, 0.0, 0.0), Vec3::new(2.0, 0.0, 0.0)));
         assert!((y.time - 100.0).abs() < 1e-12 && (y.predicted - 298.5).abs() < 1e-6);
-        // Separate, at rest, and overlapping bodies.
+        // Test separate bodies, bodies at rest, and overlapping bodies.
         let y = at(pair(Vec3::new(30.0, 0.0, 0.0), Vec3::x()));
         assert_eq!((y.time, y.predicted), (0.0, y.clearance));
         assert_eq!(at(pair(Vec3::new(30.0, 0.0, 0.0), Vec3::zeros())).time, 0.0);

@@ -96,7 +96,7 @@ impl Model for SeparationSpring {
         let n = u.a.rotation * self.p.axis;
         let p_ab = u.b.position - u.a.position;
         let extension = p_ab.dot(&n);
-        // n turns with a: ṡ = (v_b − v_a) · n + p_ab · (ω_a × n).
+        // n rotates with body a, so ṡ = (v_b − v_a) · n + p_ab · (ω_a × n).
         let speed = (u.b.velocity - u.a.velocity).dot(&n) + p_ab.dot(&u.a.angular.cross(&n));
         let pushes = !d.released && extension < self.p.stroke;
         let force = self.p.stiffness * (self.p.stroke - extension) - self.p.damping * speed;
@@ -168,7 +168,7 @@ mod tests {
         assert_eq!(y.on_a.force + y.on_b.force, Vec3::zeros());
         let about = |s: &NodeState, w: &Wrench| w.moment + s.position.cross(&w.force);
         let total = about(&u.a, &y.on_a) + about(&u.b, &y.on_b);
-        // Sums of terms of 180 N m.
+        // The sum consists of terms of 180 N m.
         assert!(total.norm() < 1e-12, "{total}");
     }
 

@@ -176,7 +176,7 @@ mod tests {
         assert!((c.inside(2.0) - 1.0 / 3.0).abs() < 1e-15 && (c.inside(4.6) + 0.2).abs() < 1e-15);
         assert_eq!(c.ends(), [1.0, 4.0]);
         assert!(c.at(f64::NAN).is_nan());
-        // The integral is 8 up to x = 3, plus 3 up to 4.
+        // The integral is 8 up to x = 3, and 3 more up to x = 4.
         assert!((c.integral(3.0) - 8.0).abs() < 1e-15 && (c.integral(5.0) - 11.0).abs() < 1e-15);
         assert!((c.integral(0.0) + 2.0).abs() < 1e-15);
         assert!((c.integral(c.reaches(5.0)) - 5.0).abs() < 1e-12);

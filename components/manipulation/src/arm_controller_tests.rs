@@ -210,7 +210,7 @@ fn a_touch_ends_a_move_and_the_next_begins_there() {
     assert!((plant.tip().position.z - FLOOR).abs() < 2e-3, "{}", plant.tip().position);
     plant.run(2.0);
     assert!(plant.out().done);
-    // What its spring held where it felt the floor, and 20 N.
+    // The force is the spring force at the contact plus 20 N.
     let force = floor(plant.tip().position, Vec3::zeros()).z;
     assert!((force - plant.out().push).abs() < 0.3, "{force} {}", plant.out().push);
     assert!(force > 20.0 && force < 26.0, "{force} {felt:?}");
@@ -382,7 +382,7 @@ fn what_cannot_be_done_is_refused_before_the_run() {
     };
     let far = Move { position: Some(Vec3::new(2.0, 0.0, 0.3)), ..stay("far away", 1.0) };
     refused(params(vec![far]), &["far away", "out of reach", "2.0000"]);
-    // Both ends are within reach, and between them the wrist is straight: it would have to turn about itself.
+    // Both ends are within reach, but between them the wrist is straight and cannot follow the path.
     let over = Vec3::new(0.5, -0.25, 0.45);
     let rpy = Some(Vec3::new(std::f64::consts::PI, 0.0, 0.0));
     let mut p = params(vec![Move { position: Some(over), rpy, ..stay("through the wrist", 2.0) }]);

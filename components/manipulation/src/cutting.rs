@@ -161,7 +161,7 @@ impl Model for Cutting {
             force.y = -p.side_stiffness * s.y - p.side_damping * v.y;
         }
         let R = u.work.rotation;
-        // The plate holds the bit back about its axis.
+        // The plate resists the rotation of the bit about its axis.
         let moment = R * Vec3::new(0.0, 0.0, -torque * u.spindle.signum());
         let side = force.x.hypot(force.y);
         let force = R * force;
@@ -232,12 +232,13 @@ mod tests {
         assert!((y.torque - 2e9 * 36e-6 * f / 8.0).abs() < 1e-12);
         let grown = m.derivatives(&y).hole;
         assert_eq!(grown, y.feed);
-        // Loads are equal and opposite about any point.
+        // The loads on bit and work are equal and opposite about any point.
         assert!((y.on_bit.force + y.on_work.force).norm() < 1e-12);
         let r = u.bit.position - u.work.position;
         let about = y.on_bit.moment + r.cross(&y.on_bit.force) + y.on_work.moment;
         assert!(about.norm() < 1e-12);
-        // The plate turns against the spindle, which turns about the plate's outer normal.
+        // The spindle rotates about the outer normal of the plate, and the moment on the bit
+        // opposes it.
         assert!(y.on_bit.moment.dot(&(u.work.rotation * Vec3::z())) < 0.0);
     }
 

@@ -247,7 +247,7 @@ impl DualArmController {
         let (X, A) = (now.wanted.X, now.wanted.A);
         let com = X.rotation * self.p.loads[load].com;
         let a = A.linear + A.angular.cross(&com) - self.p.gravity.unwrap_or_default();
-        // Conservative: assumes that the whole compliance force passes through the palms.
+        // Assume conservatively that the whole compliance force passes through the palms.
         let net = a * self.p.loads[load].mass + Vec3::new(push[3], push[4], push[5]);
         let forces = [net - shared.second.force, shared.second.force];
         let [l, r] = [0, 1].map(|k| m.robot.tip_pose(self.arm.chains[k]).map(|X| X.position));
@@ -270,7 +270,7 @@ impl DualArmController {
             let press = n + squeeze;
             if press > 0.0 { t / press } else { f64::INFINITY }
         });
-        // `slipping` reports a palm that does not press; the ratio is limited so that it stays finite.
+        // `slipping` reports a palm that does not press. Limit the ratio so that it stays finite.
         let friction = friction[0].max(friction[1]).min(1e3);
         Some(Grip { squeeze, friction, slipping: friction > p.friction })
     }

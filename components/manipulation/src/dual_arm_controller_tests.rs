@@ -183,12 +183,12 @@ fn two_hands_carry_what_they_hold_and_press_as_friction_needs() {
         println!("{squeeze} {friction}: press {press:?}, across {across:?}, {out:?}");
         assert!((needs[0].max(needs[1]) - out.friction).abs() < 1e-9, "{needs:?}");
         assert!(out.squeeze >= squeeze - 1e-9 && !out.slipping && !out.limited && !out.singular);
-        // The margin is kept exactly if no other grip force is commanded.
+        // The margin is exact if no other grip force is commanded.
         let kept = friction / out.friction;
         assert!(kept > 1.3 - 1e-9, "{kept}");
         assert!(squeeze > 0.0 || kept < 1.3 + 1e-9, "{kept}");
     }
-    // It cannot press that hard.
+    // The required grip force exceeds `squeeze_max`.
     let mut p = params(vec![hold(1.0, 0.0)]);
     (p.friction, p.squeeze_max) = (0.3, 20.0);
     let mut plant = Plant::new(p);
@@ -230,7 +230,7 @@ fn joints_that_are_no_numbers_give_torques_that_are_none() {
     let mut y = plant.y.clone();
     plant.c.feedthrough(&plant.d, &u, &mut y);
     assert!(y.iter().all(|y| y.is_nan()));
-    // Outstretched it holds itself.
+    // With straight arms, the configuration is singular, but all torques are finite.
     let u = [0.0; 24];
     plant.c.feedthrough(&plant.d, &u, &mut y);
     assert!(DualArmOut::get(&y[12..]).singular && y.iter().all(|y| y.is_finite()));

@@ -39,7 +39,7 @@ impl Place {
     /// Advances by one sample of `dt` (s) in a sequence of `moves` moves. Returns true if the commanded poses of this sample become the new start
     /// poses: at the first sample, and when a move has ended or failed.
     pub fn sample(&mut self, met: &MoveProgress, moves: usize, patience: f64, dt: f64) -> bool {
-        // The tolerance absorbs the round-off of the summed sample periods.
+        // The tolerance covers the round-off of the summed sample periods.
         let over = self.elapsed - met.duration + 1e-9 * dt;
         if !self.begun {
             (self.begun, self.elapsed) = (true, dt);

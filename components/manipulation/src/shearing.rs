@@ -255,7 +255,7 @@ mod tests {
         let (tau, R) = (m.p.strength, m.p.radius);
         assert!((m.left(0.0) - PI * R * R).abs() < 1e-15 && m.left(2.0 * R).abs() < 1e-15);
         assert!((m.left(R) - 0.5 * PI * R * R).abs() < 1e-15);
-        // Closed at 1 mm/s the force that goes in follows the section.
+        // While the tool closes at 1 mm/s, its force is proportional to the remaining section.
         let (mut depth, mut work, mut most, mut t, h) = (0.0, 0.0, 0.0_f64, 0.0, 2e-5);
         while depth < 2.0 * R && t < 10.0 {
             t += h;

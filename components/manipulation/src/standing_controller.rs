@@ -316,7 +316,7 @@ impl StandingController {
         seen: &StanceEstimate,
         (alpha, a): (Vec3, Vec3),
     ) -> Option<()> {
-        // Derivatives of the trunk velocity in the axes of the trunk.
+        // These are the derivatives of the trunk velocity in the axes of the trunk.
         let (iv, back) = (self.trunk.1, seen.R.inverse());
         let own = Vec3::new(m.v[iv + 3], m.v[iv + 4], m.v[iv + 5]);
         let (turning, moving) = (back * alpha, back * a - (back * seen.w).cross(&own));

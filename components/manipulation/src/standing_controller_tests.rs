@@ -92,7 +92,7 @@ fn feet_carry_the_weight() {
     let least = f.iter().map(|f| f.z).fold(f64::INFINITY, f64::min);
     assert!((least - out.press).abs() < 1e-6 && least > 0.0 && out.inside > 0.08, "{out:?}");
     assert!(out.error < 1e-12 && out.error_angle < 1e-12 && !out.stands && !out.singular);
-    // Tilted about x by 5°: the moment turns it back.
+    // The trunk is tilted by 5° about x, and the moment restores it.
     let u = input(&STANCE, &[0.0; 12], Quat::from_euler_angles(0.087, 0.0, 0.0), Vec3::zeros());
     let (tau, _) = outputs(&c, &Stand { start: c.see(&mut m, &u).unwrap().com, ..d }, &u);
     let (f, seen) = forces(&c, &u, &tau);
@@ -106,7 +106,7 @@ fn it_sees_how_it_moves_over_standing_feet() {
     let c = build(params()).unwrap();
     let R = Quat::from_euler_angles(0.1, -0.15, 0.4);
     let (w, drift) = (Vec3::new(0.3, -0.2, 0.5), Vec3::new(0.1, 0.25, -0.15));
-    // Rates of the joints for which the feet rest while the trunk moves.
+    // Compute the rates of the joints for which the feet are at rest while the trunk moves.
     let still = input(&STANCE, &[0.0; 12], R, w);
     let mut m = c.take().unwrap();
     let here = c.see(&mut m, &still).unwrap();
@@ -156,7 +156,7 @@ fn accelerations_are_those_that_errors_ask_for() {
     let turn = short(R.inverse());
     let alpha = R * Vec3::new(m.vdot[c.trunk.1], m.vdot[c.trunk.1 + 1], m.vdot[c.trunk.1 + 2]);
     assert!((alpha - w2 * turn).norm() < 1e-9, "{alpha}");
-    // At rest J_c v̇, by differences.
+    // With zero rates, compute J_c v̇ by differences.
     let h = 1e-5;
     let mut at = |h: f64| {
         let step: Vec<f64> = m.vdot.iter().map(|a| h * a).collect();
@@ -198,7 +198,7 @@ fn it_rises_smoothly_and_then_sways() {
         assert!(((b[0] - a[0]) / (2.0 * h) - now[1]).norm() < 1e-6, "{t}");
         assert!(((b[1] - a[1]) / (2.0 * h) - now[2]).norm() < 1e-6, "{t}");
     }
-    // A quarter of a period into it, across the heading.
+    // A quarter of a period after the start of the sway, the trunk is displaced across the heading.
     let side = at(4.0 + 10.25 * 1.5)[0] - Vec3::z() * 0.22;
     let wanted = Quat::from_axis_angle(&Vec3::z_axis(), 0.3) * Vec3::new(0.0, 0.03, 0.01);
     assert!((side - wanted).norm() < 1e-9, "{side}");

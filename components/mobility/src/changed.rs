@@ -59,17 +59,18 @@ mod tests {
         let mut tiles = Tiles::<f32, 4>::default();
         *tiles.get_mut(1, 2) = 1.0;
         *tiles.get_mut(-1, 0) = 2.0;
-        // A tile that was written and shows nothing.
+        // This tile was written but contains no change.
         *tiles.get_mut(40, 40) = 0.0;
         let first = shown(tiles.clone());
         let all = first.tiles(None);
         let corners: Vec<[f64; 2]> = all.iter().map(|t| t.corner).collect();
         assert_eq!(corners, [[-2.25, -0.25], [-0.25, -0.25]]);
         let OverlayValues::Change(values) = &all[1].seen else { panic!("{all:?}") };
-        // Cell (1, 2) has its middle at (0.5, 1).
+        // The centre of cell (1, 2) is at (0.5, 1).
         assert_eq!((values[2 * 4 + 1], values.len(), all[1].columns), (11.5, 16, 4));
         assert_eq!(values.iter().filter(|v| **v != 0.0).count(), 1);
-        // The second call reports no changes. Written with what it had, a tile is a copy and shows nothing new.
+        // The second call reports no changes. A tile that is written with its old content is a copy, but it is
+        // not reported either.
         assert_eq!(shown(tiles.clone()).tiles(Some(&first)), []);
         *tiles.get_mut(1, 2) = 1.0;
         assert_eq!(shown(tiles.clone()).tiles(Some(&first)), []);

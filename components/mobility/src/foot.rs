@@ -119,7 +119,7 @@ impl Model for Foot {
             Some((field, data)) => field.load(data, &presser, &law, &damping, clock.t),
             None => GroundLoad::none(at),
         };
-        // A sole does not turn: it slips as a wheel that stands does.
+        // A sole does not rotate, so it slips like a wheel that does not rotate.
         let v = u.hub.velocity - load.normal * load.normal.dot(&u.hub.velocity);
         let slides = if load.area > 0.0 { v.norm() } else { 0.0 };
         let slip = [-(slides / slides.max(1e-3)), 0.0];
@@ -178,7 +178,7 @@ mod tests {
                 let clock = Clock::at(dt * k as f64, dt, k);
                 let view = View::of(ground(), data.clone());
                 let y = foot.feedthrough(&clock, &FootIn { hub }, &view);
-                // Set down slowly, then pulled.
+                // First the foot is loaded slowly, and then it is pulled.
                 let weight = weight * (k as f64 / 1500.0).min(1.0);
                 let pull = share * limit * ((k as f64 - 1500.0) / 2000.0).clamp(0.0, 1.0);
                 let force = y.load.force + Vec3::new(0.0, pull, -weight);

@@ -148,7 +148,7 @@ fn grousers_never_drive_the_wheel() {
         let motion = Motion::rolling(s, beta);
         let w = wheel(15, 0.02, phase);
         let r = w.rim.radius;
-        // At 1 rad/s: v_x = r (1 − s) with the slip of the stresses, v_y = r · lateral.
+        // At 1 rad/s, v_x = r (1 − s) with the slip of the stresses, and v_y = r · lateral.
         let work =
             |f: WheelForces| f.torque - f.fx * r * (1.0 - motion.slip) - f.fy * r * motion.lateral;
         let [with, without] = [w, smooth(0.02)].map(|w| work(w.forces(z, &motion)));

@@ -55,7 +55,7 @@ impl Rut {
             return *self;
         }
         let pressure = self.pressure_at(z, k, n);
-        // Softer than the secant the soil would rise above its first surface.
+        // With a stiffness below the secant, the soil would rebound above its original surface.
         let stiffness = (unloading.k0 + unloading.growth * z).max(pressure / z);
         Rut { sinkage: z, pressure, stiffness }
     }
@@ -92,10 +92,11 @@ mod tests {
         let first = Rut::default().pressed(0.02, k, n, &STIFF);
         assert!((first.pressure - k * 0.02f64.powf(n)).abs() < 1e-9);
         assert!((first.stiffness - 5.03e8 * 0.02).abs() < 1e-3);
-        // The rut is the sinkage less the rebound.
+        // The depth of the rut is the sinkage minus the rebound.
         assert!((first.depth() - (0.02 - first.pressure / first.stiffness)).abs() < 1e-15);
         assert!(first.pressure_at(first.depth(), k, n).abs() < 1e-6);
-        // Pressed again it is stiff up to z_u and then on the first curve, without a jump.
+        // Under the next wheel the soil is stiff up to z_u and then follows the first curve,
+        // without a jump.
         assert!((first.pressure_at(0.02, k, n) - first.pressure).abs() < 1e-9);
         assert!((first.pressure_at(0.03, k, n) - k * 0.03f64.powf(n)).abs() < 1e-6);
         assert_eq!(first.pressed(0.019, k, n, &STIFF), first);
@@ -140,8 +141,8 @@ mod tests {
             z3 * 1e3,
             rut.depth() * 1e3
         );
-        // Compaction alone, soil without strength, costs less in the rut. (Its shorter contact also shears the soil
-        // less far, so at equal slip and modulus K the pull need not grow.)
+        // In soil without strength, compaction is the only loss, and it is smaller in the rut. (In other soil, the
+        // shorter contact also shears less far, so at equal slip and modulus K the pull need not increase.)
         let slick = Soil { cohesion: 0.0, friction_angle: 0.0, ..lunar() };
         let w = WheelSoil { soil: slick, ..golden_wheel() };
         let m = Motion::rolling(0.1, 0.0);
@@ -151,7 +152,7 @@ mod tests {
         println!("resistance over load {cost1:.3} then {cost2:.3}");
         assert!(cost1 > 0.0 && cost2 < 0.8 * cost1);
         assert!(z2 - rut.depth() < 0.5 * z1);
-        // The rut deepens little and ever less.
+        // Each pass deepens the rut less than the one before.
         assert!(z2 - z1 < 0.3 * z1 && z3 - z2 <= z2 - z1 + 1e-9);
         // A heavier wheel sinks deeper, along the curve of the first pass.
         let (heavy, ..) = roll(300.0, 0.1, &rut);

@@ -95,7 +95,7 @@ fn rim_axes(axle: &Vec3, n: &Vec3) -> [Vec3; 2] {
     let along = axle.cross(n);
     let length = along.norm();
     if length < 1e-9 {
-        // The contact is with a wall at the side of the wheel: choose any tangent direction.
+        // The contact is with a wall at the side of the wheel, so choose any tangent direction.
         let along = n.cross(&Vec3::z()).try_normalize(1e-9).unwrap_or_else(Vec3::x);
         return [along, n.cross(&along)];
     }
@@ -205,7 +205,8 @@ impl RigidContact {
             out.slide[0] += v.dot(&out.axes[k][0]) * normal;
             out.slide[1] += v.dot(&out.axes[k][1]) * normal;
         }
-        // A contact that separates so fast that the normal force is zero has no friction; its bristle follows the first patch.
+        // A contact that separates so fast that its normal force is zero has no friction. Its bristle follows the first
+        // patch.
         if out.total > 0.0 {
             out.slide = out.slide.map(|v| v / out.total);
         }

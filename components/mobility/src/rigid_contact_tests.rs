@@ -121,8 +121,8 @@ fn a_driven_wheel_rolls_without_slip_and_obeys_its_torque() {
             last = rig;
         }
     }
-    // F = M a, T − F r = I α, a = α r: a = T r/(I + M r²).
-    // Forces act at the rim point, so the rolling radius is the wheel's own.
+    // F = M a, T − F r = I α and a = α r give a = T r/(I + M r²).
+    // Forces act at the point on the rim, so the rolling radius is the radius of the wheel.
     let r = 0.25;
     let want = torque * r / (INERTIA + MASS * r * r);
     let got = (rig.v.x - last.v.x) / 3.0;
@@ -171,7 +171,8 @@ fn energy_only_falls() {
 
 #[test]
 fn turning_on_the_spot_is_resisted() {
-    // Spin about the normal: outer discs drag, μ N times a third of the width times two thirds.
+    // The wheel spins about the normal. The two outer discs slide, so the moment is μ N times a
+    // third of the width times two thirds.
     let plane = |_: f64, _: f64| Some((0.0, Vec3::z()));
     let hub = Hub {
         position: Vec3::new(0.0, 0.0, 0.2486),
@@ -181,13 +182,13 @@ fn turning_on_the_spot_is_resisted() {
     };
     let (load, _) = msl().evaluate(&hub, &[Vec3::zeros(); DISCS], &plane);
     let want = -0.8 * load.normal_force * (0.4 / 3.0) * (2.0 / 3.0);
-    // At 0.27 m/s the damper alone (133 N) is below the limit (149 N).
+    // At 0.27 m/s, the damper alone (133 N) is below the friction limit (149 N).
     assert!(load.moment.z < 0.0 && load.moment.z >= want, "{} {want}", load.moment.z);
 }
 
 #[test]
 fn order_of_rk4_is_kept_in_the_elastic_range() {
-    // The contact is smooth while it holds: halving the step of RK4 divides the error by 16.
+    // The contact is smooth while it sticks, so halving the step of RK4 divides the error by 16.
     let c = msl();
     let plane = |_: f64, _: f64| Some((0.0, Vec3::z()));
     let rhs = |y: &[f64; 6]| {
@@ -223,7 +224,8 @@ fn order_of_rk4_is_kept_in_the_elastic_range() {
 
 #[test]
 fn a_bristle_at_its_limit_springs_back_elastically() {
-    // Sliding back from the limit stretches nothing plastically: the bristle follows the wheel at once.
+    // A bristle at its limit follows the wheel at once if the wheel slides back, because this motion is
+    // elastic.
     let c = msl();
     let plane = |_: f64, _: f64| Some((0.0, Vec3::z()));
     let at = |vx: f64| {
@@ -233,7 +235,7 @@ fn a_bristle_at_its_limit_springs_back_elastically() {
             velocity: Vec3::x() * vx,
             angular: Vec3::zeros(),
         };
-        // Load 560 N, limit 448 N: the longest deflection is 2.24 mm.
+        // The load is 560 N and the limit 448 N, so the largest deflection is 2.24 mm.
         c.rates(&hub, &[Vec3::x() * 2.24e-3; DISCS], &plane)[1].x
     };
     assert!(at(0.01).abs() < 1e-9, "forward it slides: {}", at(0.01));

@@ -193,7 +193,8 @@ impl RutGrid {
 
     fn press_cell(&self, tracks: &mut Tracks, i: i32, j: i32, z: f64, print: &Print) {
         let was = tracks.tiles.get(i, j).copied().unwrap_or_default();
-        // Compared in f32, as stored, so that a wheel at rest does not change the cell.
+        // Compare in f32, as the values are stored, so that a wheel at rest does not change the
+        // cell.
         if z as f32 <= was[0] {
             return;
         }
@@ -264,7 +265,7 @@ impl Field for Ruts {
     }
     fn overlay(&self, tracks: &Tracks) -> Option<SharedOverlay> {
         let terrain = self.terrain.clone();
-        // Depths are along the normal.
+        // Depths are measured along the normal.
         let change = move |cell: &Cell, [x, y]: [f64; 2]| {
             let ground = if cell[2] == 0.0 { None } else { terrain.ground(x, y) };
             ground.map_or(0.0, |g| -cell[2] / g.normal.z as f32)

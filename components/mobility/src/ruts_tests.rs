@@ -122,7 +122,7 @@ fn the_rut_is_the_sinkage_less_the_rebound() {
         let left = grid().at(&tracks, 1.0, y);
         let depth = left.depth();
         println!("y {y}: {left:?}, depth {depth}");
-        // The stamp is as deep as the wheel was when it was straight above: measured 2e-4 of it.
+        // The rut has the sinkage that the wheel had straight above it. Measured: within 2e-4.
         assert!((left.sinkage / z - 1.0).abs() < 2e-3, "{left:?} {z}");
         assert!((depth / (z - rebound) - 1.0).abs() < 2e-3, "{depth} {}", z - rebound);
     }
@@ -141,7 +141,7 @@ fn each_pass_sinks_less() {
     }
     println!("sinkage, rut, pull, load of each pass: {sinkages:?}");
     let [a, b, c] = [0, 1, 2].map(|k| sinkages[k]);
-    // The wheel has rolled far enough that its own print behind it has no weight.
+    // The wheel has rolled so far that its own print behind it has no influence.
     assert!(a.1 < 1e-9, "{sinkages:?}");
     // Measured: the second pass deepens it by 18 % of the first, the third by 0.2 %.
     let (deeper, again) = (b.0 - a.0, c.0 - b.0);
@@ -171,7 +171,7 @@ fn the_second_of_two_wheels_in_tandem_runs_in_the_rut_of_the_first() {
 
 #[test]
 fn mirrored_and_turned_by_quarters_it_is_the_same() {
-    // Middles of cells lie as they did, so nothing but rounding differs.
+    // The centres of cells are mapped onto each other, so only round-off differs.
     let run = |turn: &dyn Fn(Vec3) -> Vec3| {
         let mut tracks = Tracks::default();
         let mut out = Vec::new();
@@ -190,7 +190,7 @@ fn mirrored_and_turned_by_quarters_it_is_the_same() {
     };
     let straight = run(&|v| v);
     println!("{straight:?}");
-    // The second crosses the track of the first.
+    // The second run crosses the track of the first.
     assert!(straight[4] > 0.0);
     let mirrored = run(&|v| Vec3::new(v.x, -v.y, v.z));
     let quarter = run(&|v| Vec3::new(-v.y, v.x, v.z));
@@ -248,7 +248,8 @@ fn a_wheel_that_stands_leaves_its_print_once_and_does_not_creep() {
     let (before, z) = (tracks.clone(), rigs[0].p.z);
     drive(&mut rigs, &mut tracks, 0.0, 0.0, 5000);
     assert!((rigs[0].p.z - z).abs() < 1e-9 && tracks == before);
-    // Its own print carries it as fresh ground does: with and without the field it stands as deep.
+    // Its own print supports a wheel like fresh ground, so the wheel has the same height with and
+    // without the field.
     let mut alone = Rig::at(0.0, 0.0, Vec3::x());
     (0..10_000).for_each(|_| {
         alone.step(None, 0.0, 0.0);
@@ -266,7 +267,7 @@ fn what_is_kept_survives_a_checkpoint_and_a_damaged_one_is_refused() {
     let damaged = rmp_serde::to_vec_named(&vec![([0, 0], vec![[0.0_f32; 3]; 7])]).unwrap();
     let told = rmp_serde::from_slice::<Tracks>(&damaged).unwrap_err().to_string();
     assert!(told.contains("7 cells, not 1024"), "{told}");
-    // A copy shares what does not change.
+    // A copy shares the tiles that do not change.
     let copy = tracks.clone();
     assert!(tracks.tiles.shares_with(&copy.tiles));
     assert!(!tracks.tiles.shares_with(&back.tiles));

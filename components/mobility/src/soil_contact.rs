@@ -347,7 +347,8 @@ impl SoilContact {
             rolled: (f.travel - m * f.travel.abs()) / f.length,
             rolling: {
                 let turn = f.travel.abs() / self.elastic(f);
-                // Slower than one step of an explicit method, however fast the wheel rolls.
+                // Limit the rate, so that an explicit method is stable however fast the wheel
+                // rolls.
                 (f.travel - turn * state.rolling) / (1.0 + turn * FOLLOW)
             },
         };

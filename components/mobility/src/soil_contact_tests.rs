@@ -101,7 +101,8 @@ fn backwards_is_the_mirror_of_forwards() {
         load.local
     };
     let (a, b) = (drive(1.0), drive(-1.0));
-    // The first step, before either has rolled, is not mirrored and is forgotten slowly.
+    // In the first step neither wheel has rolled. That step is not mirrored, and its influence
+    // decays slowly.
     assert!((a.fx + b.fx).abs() < 0.05 && (a.fy - b.fy).abs() < 0.05 && a.fx > 0.0, "{a:?} {b:?}");
     assert!((a.torque + b.torque).abs() < 0.05 && (a.fz - b.fz).abs() < 0.05);
 }
@@ -120,14 +121,15 @@ fn a_parked_wheel_does_not_creep() {
         }
         let creep = (rig.p - before).norm() / 10.0;
         println!("{slope_deg}°: creep {creep:e} m/s, press {} mm", rig.state.pressed * 1e3);
-        // Near the limit the soil gives way ever more slowly; 6.6e-7 m/s measured at 25°.
+        // Near the limit the soil creeps ever more slowly. Measured: 6.6e-7 m/s at 25°.
         assert!(creep < 1e-6, "{slope_deg}°: {creep} m/s");
     }
 }
 
 #[test]
 fn a_pushed_wheel_stays_where_it_was_pushed() {
-    // Locked and sent off at 1 m/s; as a lossless spring the soil sent it back at 0.9 m/s.
+    // A locked wheel starts at 1 m/s. If the soil were a lossless spring, the wheel would come back
+    // at 0.9 m/s.
     for sideways in [false, true] {
         let mut rig = Rig::on(0.0);
         for _ in 0..3000 {
@@ -147,7 +149,7 @@ fn a_pushed_wheel_stays_where_it_was_pushed() {
 
 #[test]
 fn closed_paths_at_rest_only_cost_work() {
-    // The wheel stands at a fixed sinkage and is led round closed paths of several sizes, many times.
+    // The wheel has a constant sinkage and follows closed paths of several sizes many times.
     let plane = |_: f64, _: f64| Some((0.0, Vec3::z()));
     for (size, ratio) in [(0.001, 0.0), (0.004, 0.5), (0.02, 1.0), (0.1, -0.7)] {
         let (mut state, mut work, dt) = (SoilState::default(), Vec::new(), 2e-4);
@@ -286,7 +288,7 @@ fn a_towed_wheel_rolls_without_torque_at_a_small_negative_slip() {
         let middle = 0.5 * (low + high);
         if at(middle).torque > 0.0 { high = middle } else { low = middle }
     }
-    // −0.874 % and −51.08 N; an independent script found −0.874 % and −51.077 N.
+    // Measured: −0.874 % and −51.08 N; an independent script gives −0.874 % and −51.077 N.
     assert!((low + 0.008_743).abs() < 1e-6 && (at(low).fx + 51.077).abs() < 1e-3, "{low}");
     for speed in [0.05, -0.2] {
         let mut free = Free { rig: Rig::on(0.0), spin: 0.0 };

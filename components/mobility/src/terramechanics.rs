@@ -352,7 +352,7 @@ impl WheelSoil {
         sum: &mut Sums,
         shear: impl Fn(&Arc, f64, f64, f64, f64) -> [f64; 2],
     ) {
-        // Where the longitudinal slip velocity changes sign (skid) the shear stress jumps.
+        // Where the longitudinal slip velocity changes its sign (skid), the shear stress jumps.
         let ratio = 1.0 - a.slip;
         let turn = if ratio > 1.0 && a.rolling > 0.0 {
             let cos = a.rolling / (a.rolling - a.slip);

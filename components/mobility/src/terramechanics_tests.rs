@@ -101,7 +101,7 @@ fn ishigami_case_matches_an_independent_code() {
 
 #[test]
 fn public_code_agrees_to_nine_digits() {
-    // RoSE-lab code (quad): r .15, b .10, z .02, s .3; c 170, φ 33°, K .018.
+    // Reference: RoSE-lab code (quad) with r .15, b .10, z .02, s .3; c 170, φ 33°, K .018.
     let f = golden_wheel().forces(0.02, &Motion::rolling(0.3, 0.0));
     close(f.fz, 99.967897801, 8, "load");
     close(f.fx, 29.435818268, 8, "drawbar pull");
@@ -143,7 +143,7 @@ fn left_and_right_are_mirror_images() {
 
 #[test]
 fn drive_power_pays_for_pull_and_dissipation() {
-    // Per second at ω = 1 rad/s: T = v F_x + v_y F_y + D with D ≥ 0.
+    // Power at ω = 1 rad/s: T = v F_x + v_y F_y + D with D ≥ 0.
     for s in [0.05, 0.2, 0.5, 0.8] {
         for beta in [0.0, 0.2, 0.5_f64] {
             let (_, f) = at(&golden_wheel(), 100.0, s, beta.to_degrees());
@@ -156,7 +156,8 @@ fn drive_power_pays_for_pull_and_dissipation() {
 
 #[test]
 fn frictionless_wheel_pays_exactly_the_compaction_work() {
-    // c = φ = 0, θ_r = 0, a₀ = a₁ = 0: F_x = −R_c = −b k z^(n+1)/(n+1), exact for p = k zⁿ.
+    // With c = φ = 0, θ_r = 0 and a₀ = a₁ = 0, F_x = −R_c = −b k z^(n+1)/(n+1), which is exact for
+    // p = k zⁿ.
     for n in [1.0, 0.8, 1.1] {
         let soil = Soil {
             n,
@@ -193,7 +194,7 @@ fn bekkers_towed_wheel_formula_is_a_few_percent_low() {
         let z = w.sinkage_under(load, &Motion::rolling(0.3, 0.0)).unwrap();
         let base = 3.0 * load / (0.10 * (3.0 - n) * w.modulus(n) * 0.30f64.sqrt());
         let bekker = base.powf(2.0 / (2.0 * n + 1.0));
-        // The page says 2 to 4 % low; measured here: n = 1.1 is 0.5 % high.
+        // The source states 2 to 4 % low. Measured here: 0.5 % high for n = 1.1.
         assert!((0.95..1.01).contains(&(bekker / z)), "n {n}: {bekker} {z}");
     }
 }
@@ -216,7 +217,7 @@ fn forces_are_continuous_through_every_change_of_regime() {
         let m = Motion { slip: v[1], lateral: v[2], rolling: v[3], beta: 0.0 };
         w.forces(v[0], &m)
     };
-    // Slip from hard skid to spinning, at several creeping speeds.
+    // Vary the slip from hard skid to spinning, at several low speeds.
     for rolling in [0.0, 0.3, 1.0] {
         for lateral in [0.05, 0.3] {
             let mut last = eval([base[0], -3.0, lateral, rolling]);
@@ -314,7 +315,7 @@ fn smooth_wheel(x: &[f64; 9]) -> WheelSoil {
 
 /// Least squares over rows by Levenberg's method, from a soil that is not this one.
 fn fitted(rows: &[Measured], start: [f64; 9]) -> [f64; 9] {
-    // A newton of force counts as much as 5 mm of sinkage.
+    // Weight the residuals so that 1 N of force counts as much as 5 mm of sinkage.
     let residuals = |x: &[f64; 9]| -> Option<DVector<f64>> {
         let w = smooth_wheel(x);
         let all: Option<Vec<_>> = rows.iter().map(|row| errors(&w, row)).collect();
@@ -338,7 +339,7 @@ fn fitted(rows: &[Measured], start: [f64; 9]) -> [f64; 9] {
         let step = held.cholesky().unwrap().solve(&(-slopes.transpose() * &r));
         let mut next = x;
         (0..9).for_each(|k| next[k] += step[k].clamp(-0.3, 0.3));
-        // Numbers that no soil has are not tried.
+        // Reject parameters that no soil can have.
         let sane = next[1] > 0.3 && next[2] > -0.5 && (0.1..0.8).contains(&next[4]);
         let sane = sane && (0.05..0.95).contains(&next[6]) && (0.0..1.0).contains(&next[8]);
         match residuals(&next).filter(|_| sane) {
@@ -356,7 +357,7 @@ fn fitted_to_one_half_of_the_measurements_it_predicts_the_other() {
     let (Some(half), Some(other)) = (measured(&[0.0, 30.0]), measured(&[15.0, 45.0])) else {
         return;
     };
-    // Dry sand of the literature (Iagnemma).
+    // Start from dry sand of the literature (Iagnemma).
     let (k_phi, c, shear) = (1.5234e6_f64, 1000.0_f64, 0.025_f64);
     let start = [k_phi.ln(), 1.1, 0.0, c.ln(), 30f64.to_radians(), shear.ln(), 0.4, 0.15, 0.5];
     let x = fitted(&half, start);
@@ -371,15 +372,17 @@ fn fitted_to_one_half_of_the_measurements_it_predicts_the_other() {
         told[2]
     );
     assert!(fit[0] < 0.6 && fit[1] < 0.6 && fit[2] < 3.0, "{fit:?}");
-    // Measured: fitted to 0.36 N, 0.32 N, 1.9 mm, it predicts to 0.51 N, 0.65 N, 3.0 mm; λ comes to the end of its range. An independent
-    // fit of the same kind predicts to 0.60 N, 1.08 N and 4.8 mm.
+    // Measured: the fit has errors of 0.36 N, 0.32 N and 1.9 mm, and predicts to 0.51 N, 0.65 N and 3.0 mm; λ is at the
+    // end of its range. An independent fit of the same kind predicts to 0.60 N, 1.08 N and 4.8 mm.
     assert!(told[0] <= 0.8 && told[1] <= 1.3 && told[2] <= 5.5, "{told:?}");
 }
 
 #[test]
 fn measured_smooth_wheel_is_reproduced() {
-    // Published constants of the fit; the angle of approach belongs to the sand's own φ of 29°.
-    // Slip is taken along the heading: 1 − v_x/(rω), v_y = v_x tan β; measured loads row by row.
+    // The constants of the fit are published. The angle of approach belongs to the sand's own φ of
+    // 29°.
+    // Slip is measured along the heading: 1 − v_x/(rω), v_y = v_x tan β. The measured loads are
+    // used row by row.
     let w = WheelSoil {
         rim: Rim { radius: 0.058, width: 0.05 },
         soil: silica_sand(),

@@ -127,7 +127,8 @@ mod tests {
 
     #[test]
     fn uphill_its_torque_lifts_the_load() {
-        // 100 N on a slope of 0.3: the power of the torque minus the resistance equals the power of lifting.
+        // The load is 100 N on a slope of 0.3. The power of the torque minus the resistance equals the power
+        // of lifting.
         let y = wheel(0.3, 0.8);
         let lifts = 100.0 * 0.25 * 0.8 * 0.3 / 1.09_f64.sqrt();
         assert!((y.torque * 0.8 - y.power - lifts).abs() < 1e-12, "{}", y.torque);

@@ -301,7 +301,8 @@ mod tests {
                 gravity: crate::wheel_rigid::tests::gravity(9.81),
             },
         };
-        // The case of the public code: r .15, b .10, z .02, s .3; steady rolling without damping of the state.
+        // Use the case of the public code: r .15, b .10, z .02, s .3, with steady rolling and no damping of
+        // the state.
         let mut hub = NodeState::identity();
         hub.position.z = 0.13;
         hub.angular.y = 1.0;

@@ -63,7 +63,7 @@ pub fn slip_on_slope(wheel: &WheelSoil, weight: f64, slope: f64) -> Option<f64> 
     let (sin, cos) = slope.sin_cos();
     let enough =
         |slip: f64| row(wheel, weight * cos, 0.0, slip).is_some_and(|r| r.pull >= weight * sin);
-    // Slip sinkage may make the pull fall again: the first crossing counts.
+    // Slip sinkage may make the pull decrease again, so the first crossing counts.
     let at = |k: u32| STALL * f64::from(k) / f64::from(STEPS);
     let first = (0..=STEPS).find(|&k| enough(at(k)))?;
     if first == 0 {
@@ -85,7 +85,7 @@ mod tests {
 
     #[test]
     fn the_table_is_that_of_an_independent_integration() {
-        // Integrated by adaptive quadrature in another language: slip, sinkage (mm), pull (N), torque (N m).
+        // Values of another program by adaptive quadrature: slip, sinkage (mm), pull (N), torque (N m).
         let known = [
             [0.0, 19.460, -1.00353, 1.595494],
             [0.1, 19.645, 13.39794, 3.830330],
@@ -101,7 +101,7 @@ mod tests {
             assert!((r.pull - pull).abs() < 6e-6 && (r.torque - torque).abs() < 6e-7, "{r:?}");
             assert!((r.coefficient - pull / 100.0).abs() < 1e-7 && r.slip == slip);
         }
-        // Sideways: 20° at slip 0.2 and 0.6.
+        // Sideways motion by 20° at slip 0.2 and 0.6.
         let rows = against_slip(&golden_wheel(), 100.0, 20f64.to_radians(), &[0.2, 0.6]);
         for (row, [pull, side]) in rows.iter().zip([[14.36330, 37.84901], [37.96765, 14.05557]]) {
             let r = row.unwrap();
@@ -114,7 +114,7 @@ mod tests {
         for k in 0..=99 {
             let r = row(&golden_wheel(), 100.0, 0.0, 0.01 * f64::from(k)).unwrap();
             assert!((0.0..1.0).contains(&r.efficiency), "{r:?}");
-            // T ω = F v + loss, over r ω.
+            // T ω = F v + loss, divided by r ω.
             assert!(r.torque / 0.15 >= r.pull * (1.0 - r.slip), "{r:?}");
         }
     }
@@ -131,7 +131,7 @@ mod tests {
             last = slip;
         }
         assert_eq!(slip_on_slope(&golden_wheel(), 100.0, 0.6), None);
-        // Soil that carries nothing gives no row and no slope.
+        // Soil that cannot carry the load gives no row and no slope.
         let slime = WheelSoil { soil: Soil { k_phi: 10.0, k_c: 0.0, ..lunar() }, ..golden_wheel() };
         assert_eq!(against_slip(&slime, 1e4, 0.0, &[0.1]), [None]);
         assert_eq!(slip_on_slope(&slime, 1e4, 0.0), None);

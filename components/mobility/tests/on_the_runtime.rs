@@ -215,7 +215,7 @@ fn a_driven_wheel_advances_with_its_rim() {
             let before = position(&sim);
             sim.run_until(seconds(30.0)).expect("a run");
             let speed = (position(&sim)[0] - before[0]) / 10.0;
-            // The drive yields in proportion to its torque: take the rate that it has.
+            // The drive is slower under torque, so use the rate that it has.
             let turned = sim.get("wheel.rate").expect("a variable") * 0.25;
             let slip = 1.0 - speed / turned;
             println!("{model} {integrator:?}: slip {slip:.5}");

@@ -30,7 +30,7 @@ impl RockerBogie {
             Traction::Proportional => (hb * a.tan(), 0.0),
             Traction::Equal => (0.0, -hb * 2.0 / 3.0 * sin),
         };
-        // Unknown N_m and N_r; N_f from the sum of forces.
+        // N_m and N_r are unknown; N_f follows from the sum of forces.
         let moment = xc * cos - hc * sin;
         let (a11, a12, b1) = (xm - xf, xr - xf, moment - xf * cos);
         let (a21, a22, b2) = (xm - xb + lever, xr - xb + lever, right);
@@ -42,7 +42,7 @@ impl RockerBogie {
 }
 
 fn curiosity(xc: f64) -> RockerBogie {
-    // Heights over the ground: the pivot lies 0.6443 m up.
+    // Heights are above the ground; the pivot is 0.6443 m high.
     RockerBogie { x: [1.095, -0.089, -1.163], pivot: [-0.54, 0.6443], mass_centre: [xc, 0.75] }
 }
 
@@ -71,7 +71,8 @@ fn loads_are_those_of_the_balance_of_forces() {
 
 #[test]
 fn bogie_wheels_lift_at_the_slopes_of_the_closed_form() {
-    // Uphill the middle wheel unloads at tan α = (x_b − x_r)/h_b, downhill the rear at (x_m − x_b)/h_b.
+    // Uphill, the load of the middle wheel vanishes at tan α = (x_b − x_r)/h_b; downhill, the load of
+    // the rear wheel vanishes at (x_m − x_b)/h_b.
     let g = curiosity(0.0);
     let up = ((g.pivot[0] - g.x[2]) / g.pivot[1]).atan();
     let down = ((g.x[1] - g.pivot[0]) / g.pivot[1]).atan();

@@ -157,7 +157,7 @@ pub fn end_of([x, y, heading]: Place, mv: Move, s: f64) -> Place {
         Move::Backward(kappa) => (kappa, -s),
         Move::Turn(angle) => return [x, y, heading + s.copysign(angle)],
     };
-    // The chord of a circle: 2/κ sin(κ s/2) along the mean heading.
+    // The chord of a circle has the length 2/κ sin(κ s/2) and the mean heading.
     let half = 0.5 * kappa * way;
     let chord = if half.abs() < 1e-8 { way } else { way * half.sin() / half };
     let (sin, cos) = (heading + half).sin_cos();
@@ -189,7 +189,8 @@ impl Arcs {
         };
         let forward = (0..self.count).map(|k| Move::Forward(curvature(k)));
         let backward = (0..self.count).map(|k| Move::Backward(curvature(k)));
-        // Turn to the path by the shorter side and by the other side, unless the angle is small.
+        // Rotate to the path in the shorter direction and in the other one, unless the angle is
+        // small.
         let angle = wrapped(wish.heading - at[2]);
         let other = angle - std::f64::consts::TAU.copysign(angle);
         let turns = [Move::Turn(angle), Move::Turn(other)].into_iter();
@@ -199,7 +200,8 @@ impl Arcs {
             .chain(turns)
             .map(|mv| (mv, self.end(ground, at, wish, mv)))
             .collect();
-        // In a hazard or outside the planned region V(here) is infinite; use the best end instead.
+        // In a hazard or outside the planned region, V(here) is infinite, so compare with the best
+        // end instead.
         let here = (wish.value)([at[0], at[1]]);
         let ends = sweeps.iter().filter_map(|(_, end)| end.as_ref()).map(|end| end.left);
         let here = if here.is_finite() { here } else { ends.fold(here, f64::min) };
@@ -222,7 +224,8 @@ impl Arcs {
         let shut = Vote { mv, obstacles: 0.0, goal: 0.0, total: 0.0 };
         let Some(End { sweep, place, left }) = end else { return shut };
         if !left.is_finite() {
-            // No path starts at the end. If there is none from anywhere, any free move counts.
+            // No path leads from this end to the goal. If the present position has none either,
+            // any free move counts.
             let total = if here.is_finite() { 0.0 } else { self.share * sweep.obstacles };
             return Vote { obstacles: sweep.obstacles, total, ..shut };
         }
@@ -266,7 +269,7 @@ impl Arcs {
 
     /// Checks the ground along a move; `None` if it is blocked.
     fn sweep(&self, ground: &Ground, at: Place, mv: Move, length: f64) -> Option<Sweep> {
-        // A turn is checked in steps of the arc length of the body's corners.
+        // Check a rotation in steps of the arc length of the body's corners.
         let (scale, near) = match mv {
             Move::Turn(_) => (1.0 / (0.5 * self.body.length.hypot(self.body.width)), length),
             _ => (1.0, self.near.min(length)),

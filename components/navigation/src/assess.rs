@@ -180,7 +180,7 @@ impl Assessor {
                 ("the minimum observed fraction of a disc", "it must be between 0 and 1");
             return Err(LimitsFault::Number { what, value: limits.seen, help });
         }
-        // The factor absorbs round-off: 0.3 m must be three cells of 0.1 m.
+        // The factor covers round-off, because 0.3 m must be three cells of 0.1 m.
         let reaches = limits.radius / cell * (1.0 + 1e-12);
         let widest = reaches.max(0.5 * limits.step_width / cell);
         if widest > REACH_MAX as f64 {
@@ -211,7 +211,8 @@ impl Assessor {
     /// Reassesses all cells that depend on the changed cells.
     pub fn refresh(&self, map: &TerrainMap, touched: &Touched, into: &mut Tiles<Patch>) {
         let far = self.depends_on();
-        // The bounding rectangle of the cells to assess in each tile, grouped by block.
+        // For each tile, find the bounding rectangle of the cells to assess; group the tiles by
+        // block.
         let mut blocks: BTreeMap<Index, BTreeMap<Index, Part>> = BTreeMap::new();
         for [i0, j0, i1, j1] in touched.rectangles() {
             let (low, high) = ([i0 - far, j0 - far], [i1 + far, j1 + far]);
@@ -383,7 +384,7 @@ impl Assessor {
         let (xz, yz, zz) = (xz - x * mz, yz - y * mz, zz - z * mz);
         let det = xx * yy - xy * xy;
         let width = (2 * self.square) as f64 * self.cell;
-        // Part of the rise that a slope within the limits cannot explain.
+        // This is the part of the rise that a slope within the limits cannot explain.
         let wall = rise - self.slope_rise;
         let unknown = !(seen >= limits.seen * self.count && det > LINE * xx * yy);
         if unknown {
@@ -444,7 +445,7 @@ fn rises(
     steps: &mut Vec<f64>,
 ) {
     let outer = wide + 2 * square;
-    // This pass runs along x in place: writes stay behind reads.
+    // This pass works along x in place, because writes stay behind reads.
     for (low, high) in low.chunks_exact_mut(outer).zip(high.chunks_exact_mut(outer)) {
         for x in 0..wide {
             let (mut least, mut most) = (low[x], high[x]);
@@ -457,7 +458,7 @@ fn rises(
     }
     steps.clear();
     steps.resize(wide * rows, 0.0);
-    // Along y, also in place.
+    // This pass works along y, also in place.
     for (y, steps) in steps.chunks_exact_mut(wide).enumerate() {
         let (least, low) = low[y * outer..].split_at_mut(outer);
         let (most, high) = high[y * outer..].split_at_mut(outer);

@@ -250,7 +250,8 @@ impl Model for AutoNav {
                 .at("keep_in")
                 .help("write [minimum x, minimum y, maximum x, maximum y] in metres"));
         }
-        // Number of discs on the long axis that cover the rectangle: the length-to-width ratio, rounded up, plus one.
+        // The number of discs on the long axis that cover the rectangle is the length-to-width ratio, rounded up,
+        // plus one.
         let discs = 1 + (p.length / p.width).ceil().clamp(1.0, 16.0) as usize;
         let body = Body { length: p.length, width: p.width, discs };
         let arcs = Arcs {

@@ -164,7 +164,7 @@ fn refined(patch: &Patch, to: &Image, at: [i64; 2], half: i64) -> Option<[f64; 2
             upper * (1.0 - fy) + lower * fy
         };
         if n == 0 {
-            // The mean there, which the gain is about.
+            // Subtract the mean at this position, because the gain is relative to it.
             let all = (-half..=half).flat_map(|v| (-half..=half).map(move |u| [u, v]));
             let sum: f64 = all.map(|[u, v]| sample(x0 + u, y0 + v)).sum();
             offset = -sum / patch.numbers.len() as f64;
@@ -233,7 +233,7 @@ mod tests {
             [([0.0, 0.0], 1.0, 0.0), ([2.37, -1.61], 0.8, 100.0), ([-0.5, 3.1], 1.3, -300.0)]
         {
             let to = image(shift, gain, offset);
-            // Those that stay inside with their patches.
+            // Use the corners whose patches stay inside the image.
             let moved = |c: &[usize; 2]| [c[0] as f64 + shift[0], c[1] as f64 + shift[1]];
             let inside = |p: &[f64; 2]| (9.0..86.0).contains(&p[0]) && (9.0..62.0).contains(&p[1]);
             let mut worst = 0.0_f64;

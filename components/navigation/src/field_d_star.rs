@@ -98,7 +98,7 @@ impl Region {
     /// Converts a point (m) to cell edges from the region's corner; `None` outside.
     fn inside(&self, p: [f64; 2]) -> Option<[f64; 2]> {
         let at = [0, 1].map(|k| p[k] / self.cell - f64::from(self.first[k]));
-        // The comparisons are written so that NaN is outside.
+        // The comparisons are false for NaN, so it counts as outside.
         let inside = (0..2).all(|k| at[k] >= 0.0 && at[k] <= self.size[k] as f64);
         inside.then_some(at)
     }
@@ -252,7 +252,8 @@ impl Planner {
         let Some(p) = self.region.inside(from) else { return PathCost::Outside };
         let corners = self.corners(self.cell_of(p));
         let known = |s: &Self, n: usize| low(s.g[n], s.rhs[n]);
-        // The rover's value is at most the value of the nearest corner plus the path to it.
+        // Bound the value at the rover's position: it is at most the value of the nearest corner
+        // plus the cost of the path to it.
         let own = Some(self.at(self.cell_of(p))).filter(|c| c.is_finite()).unwrap_or(0.0);
         let more = own * std::f64::consts::SQRT_2 + beyond / self.region.cell;
         while let Some((bits, node)) = self.open.first().copied() {
@@ -314,7 +315,7 @@ impl Planner {
                 best = Some((total, q, left));
             }
         };
-        // A point on an edge is in both cells, a corner in four.
+        // A point on an edge belongs to both cells, and a corner to four.
         let around = |k: usize| {
             let (near, last) = (p[k].round(), self.region.size[k] as f64 - 1.0);
             let on = (p[k] - near).abs() < ON;
@@ -385,7 +386,8 @@ impl Planner {
     /// Recomputes rhs of a corner and updates its place in the queue.
     fn reconsider(&mut self, node: usize) {
         let (cells, [i, j]) = self.cells_around(node);
-        // Neighbours counterclockwise from the one of greater x; even ones are adjacent, odd ones diagonal.
+        // The neighbours are counterclockwise, starting at greater x. Even ones are adjacent and odd ones
+        // are diagonal.
         const AROUND: [[isize; 2]; 8] =
             [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]];
         let [nx, ny] = self.region.size;

@@ -128,7 +128,7 @@ mod tests {
             ([235, 55, 45, 190], [254, 215, 60, 190], [80, 225, 110, 190])
         );
         assert_eq!(of(&tiles[0], 6)[3], 0);
-        // What its operators keep it from is a hazard, however good.
+        // Ground that the operators forbid is a hazard, however good it is.
         assert_eq!(of(&tiles[1], 5), hazard);
         // Only tiles with changed colours are sent again.
         assert_eq!(map(&patches).tiles(Some(&first)), []);

@@ -99,7 +99,7 @@ impl Grid {
                 continue;
             };
             map.base.get_or_insert(first.z);
-            // Neighbouring pixels mostly fall into one tile, so keep it between points.
+            // Neighbouring pixels mostly fall into one tile, so the tile is kept between points.
             let cells = map.cells.tile_mut(tile);
             let mut used = 0;
             for p in rest {
@@ -162,7 +162,7 @@ mod tests {
                     .map(|p| Vec3::new(p.x - x, p.y - y, p.z))
                     .collect();
                 let n = here.len() as f64;
-                // In two passes.
+                // The reference takes two passes: first the mean, then the moments about it.
                 let mean = here.iter().sum::<Vec3>() / n;
                 let sum = |f: &dyn Fn(Vec3) -> f64| here.iter().map(|p| f(p - mean)).sum::<f64>();
                 let spread = [
@@ -176,7 +176,8 @@ mod tests {
                 let low = here.iter().map(|p| p.z).min_by(f64::total_cmp).unwrap();
                 let high = here.iter().map(|p| p.z).max_by(f64::total_cmp).unwrap();
                 let want = Cell { count: n, mean, spread, low, high, seen: 3.0 };
-                // Heights of 1000 m have 1e-13 m: squares near 1e-3 m² keep eleven digits.
+                // Heights of 1000 m have a rounding error of 1e-13 m, so squares near 1e-3 m² keep
+                // eleven digits.
                 assert!(near(cell, &want, 1e-11), "{cell:?} {want:?}");
                 total += cell.count;
             }

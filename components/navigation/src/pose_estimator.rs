@@ -211,7 +211,7 @@ impl PoseEstimator {
         let (x, y) = (0.5 * picture.width as f64, 0.5 * picture.height as f64);
         let [a, b] = [[x - 0.5, y], [x + 0.5, y]].map(|p| picture.lens.ray(p));
         let angle = a?.direction.angle(&b?.direction);
-        // True ranges have only round-off errors.
+        // Without a baseline the camera returns true ranges, which have only round-off errors.
         let depth = self.p.baseline.map_or(1e-4, |b| self.p.disparity_sigma * angle / b);
         let features =
             Features { spacing: 16, strength: 3.0, half_patch: 5, search: 5, least: 0.8 };

@@ -161,7 +161,7 @@ impl PoseFilter {
     #[must_use]
     pub fn ahead(&self, i: &Instruments, rates: &Rates, dt: f64) -> Pose {
         let w = self.over_w(i, rates);
-        // Move along the heading at the middle of the step.
+        // The step moves along the heading at its middle.
         let half = self.pose.rotation * Quat::from_scaled_axis(w * (0.5 * dt));
         let body = self.pose.rotation.inverse() * self.velocity(i, rates);
         let mut rotation = self.pose.rotation * Quat::from_scaled_axis(w * dt);
@@ -249,7 +249,7 @@ impl PoseFilter {
             H[3 + k][Q + k] = 1.0;
             H[3 + k][Q0 + k] = -1.0;
         }
-        // Rotate the covariance to W.
+        // The covariance is rotated to W.
         let mut turned = Matrix6::zeros();
         turned.fixed_view_mut::<3, 3>(0, 0).copy_from(&R0);
         turned.fixed_view_mut::<3, 3>(3, 3).copy_from(&R0);
@@ -262,7 +262,7 @@ impl PoseFilter {
         if !(residual.dot(&spread.solve(&residual)) <= i.gate) {
             return false;
         }
-        // L⁻¹ H and L⁻¹ r: uncorrelated scalar measurements of variance 1.
+        // L⁻¹ H and L⁻¹ r are uncorrelated scalar measurements of variance 1.
         let (mut H, mut r) = (H, residual);
         for a in 0..6 {
             for b in 0..a {
@@ -310,7 +310,7 @@ impl PoseFilter {
             for k in 0..ERRORS {
                 delta[k] += ph[k] / s * innovation;
             }
-            // P − P h hᵀ P/s, which stays symmetric.
+            // The update is P − P h hᵀ P/s, which stays symmetric.
             for (k, row) in self.covariance.iter_mut().enumerate() {
                 for (j, p) in row.iter_mut().enumerate() {
                     *p -= ph[k] * ph[j] / s;

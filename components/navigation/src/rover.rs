@@ -297,7 +297,8 @@ impl Rover {
             if let Some(planner) = &mut k.planner {
                 let way = planner.plan(from, beyond);
                 let [low, high] = planner.region().corners();
-                // Smallest and largest margin of the region beyond rover and goal.
+                // These are the smallest and the largest margin of the region around rover and
+                // goal.
                 let over = |a: [f64; 2]| (0..2).flat_map(move |k| [a[k] - low[k], high[k] - a[k]]);
                 let least = over(from).fold(f64::INFINITY, f64::min);
                 let most = over(from).zip(over(self.goal)).map(|(a, b)| a.min(b));
@@ -447,7 +448,7 @@ impl Rover {
             Some(_) => {}
             None if open => k.trail.add(place),
             None if stands >= 0.25 * self.patience => {
-                // Drive back to a place from which a path exists.
+                // The rover drives back to a place from which a path exists.
                 let some = match way {
                     PathCost::Found(_) | PathCost::InObstacle => !k.trail.is_empty(),
                     _ => way == PathCost::Closed && k.trail.places().any(|p| leads(k, p)),

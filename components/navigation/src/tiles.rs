@@ -34,7 +34,7 @@ impl<T> Default for Tiles<T> {
 #[must_use]
 pub fn cell_at(edge: f64, [x, y]: [f64; 2]) -> Option<Index> {
     let (i, j) = ((x / edge).floor(), (y / edge).floor());
-    // Written so that NaN is nowhere.
+    // The comparisons are written so that NaN gives no cell.
     (i.abs() < FARTHEST && j.abs() < FARTHEST).then_some([i as i32, j as i32])
 }
 

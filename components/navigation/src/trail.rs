@@ -76,7 +76,8 @@ impl Trail {
             let (s, c) = heading.sin_cos();
             let (ahead, left) = (c * dx + s * dy, c * dy - s * dx);
             if way <= ON_THE_SPOT || left.abs() > ahead.abs() {
-                // No circle leads to a place beside the rover: it is dropped if it does not require a turn.
+                // No circle leads to a place at the side of the rover: the place is dropped if it does not
+                // require a turn.
                 if turn.abs() <= REACHED[1] {
                     self.0.pop_back();
                     continue;

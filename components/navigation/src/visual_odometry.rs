@@ -158,11 +158,12 @@ impl VisualOdometry {
         let [x, y] = [p1.x * rho, p1.y * rho];
         let J = Mat3::new(rho, 0.0, -x * rho, 0.0, rho, -y * rho, 0.0, 0.0, -rho * rho);
         let JR = J * R_10.to_rotation_matrix().matrix();
-        // ∂p₀/∂ρ₀ = −p₀/ρ₀
+        // The derivative is ∂p₀/∂ρ₀ = −p₀/ρ₀.
         let g = JR * (-p0 / z0[2]) * self.inverse_depth;
         let own = Vec3::new(self.pixel, self.pixel, self.inverse_depth);
         let sigma = Mat3::from_diagonal(&own.component_mul(&own)) + g * g.transpose();
-        // p₁ = R̂ᵀ exp(−φ)(p₀ − t̂ − τ): ∂p₁/∂τ = −R̂ᵀ, ∂p₁/∂φ = R̂ᵀ [p₀ − t̂]×; the residual has the other sign.
+        // From p₁ = R̂ᵀ exp(−φ)(p₀ − t̂ − τ) follow ∂p₁/∂τ = −R̂ᵀ and ∂p₁/∂φ = R̂ᵀ [p₀ − t̂]×; the residual has
+        // the opposite sign.
         let mut A = Matrix3x6::zeros();
         A.fixed_view_mut::<3, 3>(0, 0).copy_from(&JR);
         A.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-(JR * skew(&from))));
@@ -217,7 +218,7 @@ impl VisualOdometry {
                     let (r, sigma, A) = self.residual(&pairs[*k], &X_01)?;
                     let c = sigma.cholesky()?;
                     square += A.transpose() * c.solve(&A);
-                    // r(τ, φ) = r + A (τ, φ)
+                    // The linearised residual is r(τ, φ) = r + A (τ, φ).
                     side -= A.transpose() * c.solve(&r);
                     total += r.dot(&c.solve(&r));
                 }
@@ -260,14 +261,14 @@ fn rigid(pairs: [[Observation; 2]; 3]) -> Option<Pose> {
     if small(&a, &na) || small(&b, &nb) {
         return None;
     }
-    // A plane's axes: along the first side, and the normal.
+    // The axes of a plane are the direction of its first side, and its normal.
     let axes = |p: &[Vec3; 3], n: &Vec3| {
         let (x, z) = ((p[1] - p[0]).normalize(), n.normalize());
         [x, z.cross(&x), z]
     };
     let (A, B) = (axes(&a, &na), axes(&b, &nb));
     let start = Quat::from_basis_unchecked(&A) * Quat::from_basis_unchecked(&B).inverse();
-    // Rotation within the plane, about its normal, by least squares.
+    // The rotation within the plane, about its normal, is a least-squares fit.
     let (mut sin, mut cos) = (0.0, 0.0);
     for k in 0..3 {
         let (from, to) = (start * (b[k] - mb), a[k] - ma);

@@ -383,7 +383,7 @@ mod tests {
         let b = battery();
         let (end, _) = run(&b, start(&b), load(5.0), 3600.0);
         assert!((end.0.charge - 0.3).abs() < 1e-9, "{end:?}");
-        // V_oc(0.3) = 24.8 V, less 0.1 Ω · 5 A.
+        // The voltage is V_oc(0.3) = 24.8 V, less 0.1 Ω · 5 A.
         assert!((volts(&b, &end) - 24.3).abs() < 1e-6, "{end:?}");
     }
 
@@ -394,10 +394,11 @@ mod tests {
         assert!((end.0.charge - 0.89).abs() < 1e-9 && !end.1.full);
         let (full, books) = run(&b, start(&b), load(-10.0), 3600.0);
         assert!(full.1.full && (full.0.charge - 1.0).abs() < 1e-5, "{full:?}");
-        // It was full after 0.2 · 10 A h/(0.9 · 10 A); what came later did not pass.
+        // The battery was full after 0.2 · 10 A h/(0.9 · 10 A); later charging current did not
+        // pass.
         let late = 3600.0 - 800.0;
         assert!((books[2] / (late * 10.0 * 32.0) - 1.0).abs() < 1e-3, "{books:?}");
-        // It gives at once, and charges again when a hundredth is gone.
+        // A full battery discharges at once, and charges again after it has lost a hundredth.
         let (less, _) = run(&b, full, load(10.0), 20.0);
         assert!(less.1.full && less.0.charge < full.0.charge - 0.005);
         let (less, _) = run(&b, less, load(10.0), 20.0);
@@ -410,15 +411,16 @@ mod tests {
         let (flat, books) = run(&b, start(&b), load(20.0), 3600.0);
         assert!(flat.1.empty && flat.1.flat == 1.0 && volts(&b, &flat) == 0.0, "{flat:?}");
         assert!((flat.0.charge - 0.1).abs() < 1e-5 && flat.0.current.abs() < 1e-9, "{flat:?}");
-        // Seven tenths of 10 A h at 20 A last 1260 s; later nothing passes the contactor, also where a load continues to draw.
+        // Seven tenths of 10 A h at 20 A last 1260 s; later no current passes the contactor, although the load
+        // continues to draw.
         let given = -1260.0 * 20.0 * 25.0;
         assert!((books[0] / given - 1.0).abs() < 0.1 && books[2] == 0.0, "{books:?}");
-        // What charges more than the load takes brings it back.
+        // A charger that exceeds the load charges the battery until the contactor closes.
         let (less, _) = run(&b, flat, load(-1.0), 1800.0);
         assert!(less.1.empty && less.0.charge > flat.0.charge);
         let (back, _) = run(&b, less, load(-1.0), 600.0);
         assert!(!back.1.empty && volts(&b, &back) > 20.0 && back.1.flat == 1.0);
-        // One that starts below its threshold starts empty.
+        // A battery that starts below its threshold starts empty.
         let p = BatteryParams { charge: 0.1, ..battery().p };
         assert!(Battery { p }.init_d().empty);
     }
@@ -426,7 +428,8 @@ mod tests {
     #[test]
     fn what_is_put_in_is_stored_or_heat() {
         let b = battery();
-        // ∫ V_oc dq from 0.8, by the trapezia of the curve's upper part, and what the lag stores.
+        // The stored energy is ∫ V_oc dq from 0.8, by trapezoids of the upper part of the curve,
+        // and the energy of the lag.
         let stored = |x: &BatteryState| {
             let oc = |q: f64| table(&b.p.curve, q);
             let q = x.charge - 0.8;
@@ -441,7 +444,7 @@ mod tests {
             let error = books[0] - books[1] - stored(&x);
             let counted = b.energy(&x) - b.energy(&b.init_x());
             assert!((counted - stored(&x)).abs() < 1e-6 * books[0].abs(), "{counted}");
-            // Of Euler's steps: measured 0.1 J of 30 kJ.
+            // The error comes from Euler's steps. Measured: 0.1 J of 30 kJ.
             assert!(
                 error.abs() < 1e-5 * books[0].abs() && books[1] > 0.0,
                 "{u:?} {error} {books:?}"

@@ -130,7 +130,8 @@ mod tests {
 
     #[test]
     fn losses_are_paid_in_both_directions() {
-        // 2 A at 12 V are 24 W, for which it takes 30 W; of 24 W that come back it feeds back 19.2 W.
+        // A load of 2 A at 12 V takes 24 W, for which the converter takes 30 W; of 24 W that come
+        // back it feeds back 19.2 W.
         let y = flow(false, 30.0, 2.0);
         assert!(
             (y.power - 30.0).abs() < 1e-12

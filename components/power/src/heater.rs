@@ -158,7 +158,7 @@ mod tests {
             assert!(on(&h, &d, 200.0) && !on(&h, &d, 300.0));
             assert_eq!(on(&h, &d, 255.0), start);
         }
-        // A heater that is warmed through its lower threshold continues up to the upper one.
+        // A heater that starts between its thresholds keeps heating up to the upper one.
         let h = heater(false);
         let d = fire(&h, &h.init_d(), 0);
         assert!(d.closed && on(&h, &d, 255.0));

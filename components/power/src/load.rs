@@ -202,7 +202,7 @@ mod tests {
                 (y.power - 56.0).abs() < 1e-12 && (y.supply.current - 2.0).abs() < 1e-12,
                 "{y:?}"
             );
-            // At 24.5 V, 7/8 of the rated voltage.
+            // A voltage of 24.5 V is 7/8 of the rated voltage.
             let y = at(&l, &FINE, on(24.5));
             assert!((y.power - 56.0 * share).abs() < 1e-12, "{law:?} {y:?}");
             assert!(
@@ -236,11 +236,12 @@ mod tests {
         assert!(out.out && out.count == 1.0);
         let y = at(&l, &out, on(23.0));
         assert!(y.browned_out && !y.running && y.supply.current == 0.0 && y.case.heat == 0.0);
-        // A second fall before it has started does not count.
+        // A second drop before the restart does not count.
         assert_eq!(fire(&out, 0), out);
         let again = fire(&out, 1);
         assert!(at(&l, &again, on(24.0)).running && again.count == 1.0);
-        // A start below the least voltage is out without an event, and stays so up to the voltage of the restart.
+        // A load that starts below the minimum voltage is off without an event, and stays off up to the restart
+        // voltage.
         let start = BrownOut { out: false, crossed: false, count: 0.0 };
         assert!(at(&l, &start, on(20.0)).browned_out && !at(&l, &start, on(22.0)).browned_out);
         assert!(at(&l, &fire(&start, 0), on(22.0)).browned_out);

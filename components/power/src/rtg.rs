@@ -121,7 +121,7 @@ mod tests {
         assert!((y.thermal - 1000.0).abs() < 1e-9 && (y.power - 55.0).abs() < 1e-10, "{y:?}");
         let old = RtgParams { age: 14.0 * YEAR, ..p.clone() };
         assert_eq!(at(&old, 3.0 * YEAR).thermal, at(&p, 17.0 * YEAR).thermal);
-        // 0.787 % of plutonium-238 decays in a year.
+        // In a year 0.787 % of plutonium-238 decays.
         assert!((1.0 - at(&p, YEAR).thermal / 2000.0 - 0.00787).abs() < 5e-6);
     }
 
@@ -134,7 +134,7 @@ mod tests {
             let feed = Rtg { p: p.clone() }.feedthrough(&Clock::at(t, 1.0, 0), &u);
             assert!((feed.output.current * 28.0 + y.power).abs() < 1e-12);
             assert!((feed.case.heat + y.power - y.thermal).abs() < 1e-9);
-            // What nothing takes stays as heat.
+            // Power that no load takes stays as heat.
             let u = RtgIn { output: OpenVoltage { voltage: 0.0 } };
             let open = Rtg { p: p.clone() }.feedthrough(&Clock::at(t, 1.0, 0), &u);
             assert_eq!((open.output.current, open.case.heat), (0.0, y.thermal));

@@ -170,7 +170,7 @@ mod tests {
             assert!(now < last && now > beam, "{tau}: {now} {last} {beam}");
             last = now;
         }
-        // A panel on edge under a high sun sees half the sky.
+        // A vertical panel under a high sun sees half the sky.
         assert!(irradiance(Vec3::x(), up, 1.52, 1.0, 1.0) > 0.0);
         assert_eq!(irradiance(up, Vec3::new(0.0, 1.0, -0.01).normalize(), 1.52, 0.5, 1.0), 0.0);
     }

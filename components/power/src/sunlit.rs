@@ -86,7 +86,7 @@ impl SizedModel for Sunlit {
             let fact = format!("a panel cannot be {length} m by {width} m");
             return Err(BuildError::new(fact).help("write two lengths above zero").at("size"));
         }
-        // What casts a shadow has no colour.
+        // The colour of an object that casts a shadow does not matter.
         let around = Surroundings::new(p.terrain.as_ref(), Look::plain([0.0; 3]), p.sees)?;
         let SunlitParams { size, points, clearance, range, sun, .. } = p;
         Ok(Sunlit { size, points, clearance, range, sun, around })
@@ -121,7 +121,7 @@ mod tests {
         fn state(&self, _: f64) -> SunState {
             SunState { direction: self.0.normalize(), distance_au: 1.5 }
         }
-        // Over level ground.
+        // The ground is level, so the Sun is visible above the horizontal.
         fn light(&self, _: f64, _: &Vec3) -> Light {
             Light {
                 direction: self.0.normalize(),
@@ -171,7 +171,8 @@ mod tests {
     #[test]
     fn the_shadow_of_a_wall_ends_where_its_height_over_the_sun_says() {
         let flat = NodeState::identity();
-        // Its shadow is 1/tan(e) long from x = −2.99 m on; the panel reaches from −1 m to 1 m.
+        // The shadow of the wall is 1/tan(e) long from x = −2.99 m on; the panel extends from −1 m
+        // to 1 m.
         for tan in [2.0, 0.45, 0.4, 0.35, 0.3, 0.26, 0.2] {
             let lit = (1.0 - (-2.99 + 1.0 / tan)) / 2.0_f64;
             let got = share(params(Vec3::new(-1.0, 0.0, tan), wall()), flat);
@@ -192,7 +193,8 @@ mod tests {
 
     #[test]
     fn a_turned_panel_takes_its_points_with_it() {
-        // Turned about z by a right angle, its length lies along the wall: the shadow takes half of a metre, not of two.
+        // After a right angle about z the length of the panel is parallel to the wall: the shadow covers a share of one
+        // metre, not of two.
         let mut panel = NodeState::identity();
         panel.rotation = Quat::from_axis_angle(&Vec3::z_axis(), std::f64::consts::FRAC_PI_2);
         let sun = Vec3::new(-1.0, 0.0, 1.0 / 2.99);

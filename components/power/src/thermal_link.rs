@@ -87,7 +87,8 @@ mod tests {
 
     #[test]
     fn radiation_between_nearly_equal_temperatures_is_four_sigma_t_cubed() {
-        // The difference of fourth powers has lost half its digits here: 4 σ T³ ΔT to nine digits.
+        // The difference of the fourth powers has lost half of its digits here: it is 4 σ T³ ΔT to
+        // nine digits.
         let dt = 1e-7;
         let y = heat(&link(0.0, 1.0), 300.0 + dt, 300.0);
         let wanted = 4.0 * STEFAN_BOLTZMANN * 300f64.powi(3) * ((300.0 + dt) - 300.0);

@@ -177,7 +177,7 @@ impl Model for ThermalNode {
 
 /// Net heat (W) that 1 m² of a black body at `t` radiates to another at `other` (K).
 pub(crate) fn radiation(t: f64, other: f64) -> f64 {
-    // (T⁴ − S⁴) by its factors: nothing cancels where both are nearly equal.
+    // The difference T⁴ − S⁴ is factored: no digits cancel where the two are nearly equal.
     STEFAN_BOLTZMANN * (t - other) * (t + other) * (t * t + other * other)
 }
 
@@ -220,7 +220,7 @@ mod tests {
     fn air_alone_pulls_it_over_with_one_time_constant() {
         let p = ThermalNodeParams { emissivity: 0.0, absorptivity: 0.0, ..params() };
         let u = ThermalNodeAround { sky: 2.7, air: 220.0, light: 500.0 };
-        // C Ṫ = −h A (T − T_air)
+        // The rate is C Ṫ = −h A (T − T_air).
         assert!((rate(&p, 290.0, 0.0, u) + 1.3 * 0.7 * 70.0 / 2e4).abs() < 1e-15);
         assert_eq!(rate(&p, 220.0, 0.0, u), 0.0);
     }

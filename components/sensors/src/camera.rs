@@ -207,7 +207,8 @@ impl Field for CameraSensor {
         };
         detector.check().map_err(at("exposure"))?;
         if let Some(baseline) = p.baseline {
-            // Report parameters that stereo matching does not support before the first picture.
+            // Parameters that stereo matching does not support are reported before the first
+            // picture.
             let matcher = Matcher { disparities: p.disparities as usize, ..Matcher::default() };
             let blank =
                 Image { width, height, channels: 1, bits: p.bits, data: vec![0; width * height] };
@@ -335,7 +336,7 @@ mod tests {
         let f = 32.0 / 0.5_f64.tan();
         let mut found = 0;
         for (k, range) in seen.range.iter().enumerate() {
-            // In the camera: x right, y down.
+            // The camera has x to the right and y down.
             let (x, y) = ((k % 64) as f64 - 31.5, (k / 64) as f64 - 23.5);
             let d = Vec3::new(x / f, y / f, 1.0).normalize();
             let falls = d.z * down.sin() + d.y * down.cos();
@@ -362,7 +363,7 @@ mod tests {
             color: [1.0; 3],
         };
         let p = CameraParams { sees: Scenery::of(vec![ball("a"), ball("b")]), ..params() };
-        // One to the left in front, one behind.
+        // One ball is in front, to the left, and one is behind the camera.
         let at = [Vec3::new(5.0, 1.0, 2.0), Vec3::new(-5.0, 0.0, 2.0)];
         let seen = picture(p, &lanes(0.0, &at), 0);
         let of = |object: u16| {
@@ -375,7 +376,7 @@ mod tests {
         let mean = first.iter().fold((0.0, 0.0), |(x, y), p| (x + p.0 / n, y + p.1 / n));
         let f = 32.0 / 0.5_f64.tan();
         assert!((mean.0 - (31.5 - f / 5.0)).abs() < 0.5 && (mean.1 - 23.5).abs() < 0.5, "{mean:?}");
-        // The area is as large as expected, π (f r/z)², to a pixel of its rim.
+        // The area is π (f r/z)², except for the pixels at the edge.
         let area = std::f64::consts::PI * (f * 0.3 / 5.0).powi(2);
         assert!((n - area).abs() < 0.15 * area, "{n} {area}");
     }

@@ -70,7 +70,7 @@ impl ContactSwitch {
     fn next(&self, d: &ContactSwitchState, force: f64, dt: f64) -> ContactSwitchState {
         let beyond = if d.closed { force <= self.open } else { force >= self.p.close };
         let since = if beyond && d.pending { d.since + dt.max(0.0) } else { 0.0 };
-        // Sums of sample times are off by rounding.
+        // The tolerance is for the rounding of sums of sample times.
         if !beyond || since < self.p.delay * (1.0 - 1e-9) {
             return ContactSwitchState { since, pending: beyond, ..*d };
         }
@@ -156,7 +156,7 @@ mod tests {
         let mut forces = vec![0.0, 50.0, 50.0, 50.0, 0.0];
         forces.extend([20.0; 6]);
         let closed: Vec<bool> = readings(&m, &forces).iter().map(|y| y.closed).collect();
-        // Pressed from sample 5 on; 30 ms later is sample 8.
+        // The switch is pressed from sample 5 on; 30 ms later is sample 8.
         assert_eq!(closed, [vec![false; 8], vec![true; 3]].concat());
     }
 

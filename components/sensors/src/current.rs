@@ -142,7 +142,8 @@ mod tests {
             assert!((code - code.round()).abs() < 1e-9, "{code}");
             assert!((coarse(current) - current).abs() <= 0.5 * step + 1e-12, "{code} {current}");
         }
-        // A current of zero reads zero, and the ends are the ends of two's complement.
+        // A current of zero reads zero, and the largest readings are the limits of two's
+        // complement.
         assert_eq!((coarse(0.0), coarse(-12.0), coarse(12.0)), (0.0, -10.0, 10.0 - step));
         for bits in [1, 2, 12, 32] {
             let p = CurrentParams { bits: Some(bits), ..params() };

@@ -101,7 +101,7 @@ mod tests {
             let y = e.feedthrough(&c, &d, &u);
             assert_eq!(y.count.fract(), 0.0);
             assert!((y.angle - shaft.angle).abs() <= TAU / 200.0 + 1e-12);
-            // In every sample, the first one too, by whole ticks: within one of them.
+            // The rate is quantised to one tick per sample in every sample, also in the first one.
             assert!((y.rate + 0.5).abs() <= TAU / 200.0 / dt + 1e-12, "{n}: {}", y.rate);
             sum += y.rate;
             d = e.update(&u);

@@ -372,7 +372,7 @@ impl SizedModel for Gnss {
             Some(_) => Vec3::z(),
             None => p.world.planet_axes(0.0) * Vec3::z(),
         };
-        // The smallest rotation is not unique for a pole along −z; use a half turn about x.
+        // The smallest rotation is not unique for a pole along −z, so it is a half turn about x.
         let half = Quat::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI);
         let pole = Quat::rotation_between(&Vec3::z(), &up).unwrap_or(half);
         Ok(Gnss { p, mu, a, radius, site, pole })

@@ -116,7 +116,7 @@ fn errors_are_those_of_the_geometry() {
     let mount = NodeState { position, ..NodeState::identity() };
     let (count, mut place, mut speed, mut pdop) = (4000, 0.0, 0.0, 0.0);
     for n in 0..count {
-        // The clock of the satellites does not advance.
+        // The time does not advance, so that the satellites stay at their places.
         let y = read(&m, &Clock::at(1000.0, 1.0, n), &start(&m), &mount);
         place += (y.position - position).norm_squared() / count as f64;
         speed += y.velocity.norm_squared() / count as f64;
@@ -124,7 +124,8 @@ fn errors_are_those_of_the_geometry() {
     }
     let [place, speed] = [place / (2.0 * pdop).powi(2), speed / (0.1 * pdop).powi(2)];
     println!("PDOP {pdop}: mean squares over σ² PDOP² {place}, {speed}");
-    // The sum of three squares, of which one may be nearly all: four standard errors of √(2/4000).
+    // The bound is four standard errors of √(2/4000): one of the three squares may be nearly the
+    // whole sum.
     assert!((place - 1.0).abs() < 0.09 && (speed - 1.0).abs() < 0.09);
 }
 
@@ -153,12 +154,13 @@ fn satellites_are_seen_as_the_geometry_says() {
     let behind = |angle: f64| own + Vec3::new(-angle.cos(), angle.sin(), 0.0) * 2e7;
     assert!(!low.seen(&own, &Vec3::x(), &behind(limb - 1e-6)));
     assert!(low.seen(&own, &Vec3::x(), &behind(limb + 1e-6)));
-    // Nearer than the planet it is not behind it.
+    // A satellite that is nearer than the planet is not hidden by it.
     assert!(low.seen(&own, &Vec3::x(), &(own - Vec3::x() * 1e5)));
     let mount = NodeState { position: Vec3::x() * 8e7, ..NodeState::identity() };
     let y = read(&m, &Clock::at(0.0, 1.0, 0), &start(&m), &mount);
     assert!(!y.fix && y.satellites == 0.0 && y.position == Vec3::zeros(), "{y:?}");
-    // An antenna that looks down receives nothing on the ground; one with a narrow cone less than all.
+    // An antenna that points down receives no satellite on the ground; one with a narrow cone receives
+    // fewer than all.
     let up = |angle: f64, cone: f64| {
         let rotation = Quat::from_scaled_axis(Vec3::y() * angle);
         let mount = NodeState { position: Vec3::z() * RADIUS, rotation, ..NodeState::identity() };
@@ -205,7 +207,8 @@ fn errors_go_on_with_their_time_constant_and_clocks_walk() {
     let phi = (-dt / tau).exp();
     println!("variance {square}, correlation {product} of {phi}");
     assert!((square - 1.0).abs() < 0.03 && (product - phi).abs() < 0.03);
-    // Second differences over m samples: 2 q₁ mΔ + (2/3) q₂ (mΔ)³ (Brown, Hwang: Random Signals, clock model).
+    // The reference is the variance of second differences over m samples: 2 q₁ mΔ + (2/3) q₂ (mΔ)³ (Brown,
+    // Hwang: Random Signals, clock model).
     for steps in [1, 5, 20] {
         let span = dt * steps as f64;
         let second = |k: usize| clocks[k + 2 * steps] - 2.0 * clocks[k + steps] + clocks[k];

@@ -290,7 +290,7 @@ impl Triads {
         let now = self.drawn(c, d);
         let ((rate, force), (a, b)) = (self.felt(c.t, &now, u), self.noise(c));
         let (rate, force) = (rate + a, force + b);
-        // The first sample has no past.
+        // The filter does not have a state before the first sample.
         let Some(B) = self.p.bandwidth.filter(|_| d.drawn) else { return (rate, force) };
         let share = -f64::exp_m1(-std::f64::consts::TAU * B * c.dt.max(0.0));
         let through = |before: Vec3, x: Vec3| before + (x - before) * share;
@@ -479,7 +479,7 @@ pub(crate) mod tests {
             let got = allan(&y, cluster);
             assert!((got / flat - 1.0).abs() < 0.08, "{cluster} s: {got} {flat}");
         }
-        // The spread over many seeds is as wide at the first sample as later.
+        // The spread over many seeds is as wide at the first sample as at later ones.
         let c =
             |key: u64, n: u64| Clock { t: n as f64, dt: 1.0, n, key, sampled: false, span: None };
         let spread = |samples: u64| {

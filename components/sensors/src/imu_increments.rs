@@ -90,7 +90,7 @@ impl Model for ImuIncrements {
         IncrementsOut { angle: angle - d.angle_before, velocity: velocity - d.velocity_before }
     }
     fn derivatives(&self, clock: &Clock, d: &Sampled, u: &ImuIn) -> Integrals {
-        // Before the first sample, where the errors are drawn, nothing counts.
+        // Nothing is integrated before the first sample, at which the errors are drawn.
         let (angle, velocity) = self.triads.felt(clock.t, &d.errors, u);
         let (angle, velocity, _) = self.triads.limited(angle, velocity);
         Integrals { angle, velocity }
@@ -144,7 +144,7 @@ mod tests {
             for k in 0..=n {
                 let c = Clock { t: k as f64 * dt, dt, n: k, key, sampled: false, span: None };
                 let y = m.outputs(&x, &d);
-                // The first sample ends where it begins.
+                // The interval of the first sample has a length of zero.
                 if k > 0 {
                     sum += y.angle.x;
                     push += y.velocity.z - 9.81 * dt;

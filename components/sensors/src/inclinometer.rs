@@ -114,7 +114,7 @@ mod tests {
 
     #[test]
     fn it_feels_the_acceleration_of_its_mount() {
-        // A cart that gains speed along x seems to stand nose up: pitch about y is negative.
+        // A cart that accelerates along x seems to have its nose up: the pitch about y is negative.
         let [roll, pitch, _] = read(0.0, [0.0; 2], PI, Quat::identity(), Vec3::x(), 0);
         assert!((pitch + (1.0f64 / 3.72).atan()).abs() < 1e-12 && roll == 0.0, "{pitch}");
         let [roll, pitch, _] = read(0.0, [0.0; 2], PI, Quat::identity(), Vec3::y(), 0);
@@ -135,7 +135,7 @@ mod tests {
             }
         }
         for k in 0..2 {
-            // Four standard errors of a mean and of a variance.
+            // The bounds are four standard errors of a mean and of a variance.
             assert!(mean[k].abs() < 4.0 * sigma / (n as f64).sqrt(), "{mean:?}");
             let ratio = square[k] / (sigma * sigma);
             assert!((ratio - 1.0).abs() < 4.0 * (2.0 / n as f64).sqrt(), "{ratio}");

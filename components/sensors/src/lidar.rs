@@ -203,7 +203,7 @@ mod tests {
             ),
             color: [1.0; 3],
         };
-        // One beam along x, high above the ground; a ball crosses it.
+        // The lidar has one beam along x, high above the ground; a ball crosses it.
         let p = LidarParams {
             columns: 1,
             rows: 1,

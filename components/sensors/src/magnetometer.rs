@@ -185,7 +185,7 @@ mod tests {
         for k in 0..3 {
             let square = all.iter().map(|y| (y.measured[k] - h[k] - mean[k]).powi(2)).sum::<f64>();
             let ratio = square / n / (2e-8 * 2e-8);
-            // Four standard errors of a variance.
+            // The bound is four standard errors of a variance.
             assert!((ratio - 1.0).abs() < 4.0 * (2.0 / n).sqrt(), "{k}: {ratio}");
         }
         // The bias does not average out, and equals the bias of the first sample.

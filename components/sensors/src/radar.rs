@@ -323,19 +323,20 @@ mod tests {
         let (radius, height) = (1.7374e6, 800.0);
         let up = Vec3::new(0.8, -0.3, 0.5).normalize();
         let place = up * (radius + height);
-        // An altimeter that looks down, and three beams about it.
+        // The radar has an altimeter beam that points down, and three beams around it.
         let rotation = Quat::rotation_between(&Vec3::z(), &up).unwrap();
         let carried = (Vec3::z() * rate).cross(&place);
         let velocity = carried + up * -25.0 + rotation * (Vec3::x() * 4.0);
         let state = NodeState { position: place, rotation, velocity, ..NodeState::identity() };
         let (each, all) = read(&moon(rate), 0, &lanes(&state));
         assert!((each[0][0] - height).abs() < 1e-6 && (each[0][1] - 25.0).abs() < 1e-9);
-        // Slant range of a beam at the angle a: the triangle of centre, vehicle and ground.
+        // The slant range of a beam at the angle a follows from the triangle of centre, vehicle and
+        // ground.
         let a = (1.0_f64 / 2.0).atan();
         let r = radius + height;
         let want = r * a.cos() - ((r * a.cos()).powi(2) - (r * r - radius * radius)).sqrt();
         assert!((each[1][0] / want - 1.0).abs() < 1e-7, "{} {want}", each[1][0]);
-        // The ground under each beam moves as the beam's end would with the planet: to rate · range across.
+        // The velocity is relative to the ground under each beam, which moves with the planet.
         assert!(
             all.fix && (all.velocity - Vec3::new(4.0, 0.0, -25.0)).norm() < 0.05,
             "{}",
@@ -389,7 +390,7 @@ mod tests {
             [1.0, 1.0, 0.0, 0.0]
         );
         assert_eq!(found(RadarParams { drop_out: 1.0, ..slope() }, 500.0), [0.0; 4]);
-        // Away from the sphere.
+        // All beams point away from the sphere.
         let state = NodeState {
             position: Vec3::z() * 1.738e6,
             rotation: Quat::from_scaled_axis(Vec3::x() * std::f64::consts::PI),
@@ -414,7 +415,7 @@ mod tests {
             square[0] += (each[0][0] - 500.0).powi(2) / count as f64;
             square[1] += each[0][1].powi(2) / count as f64;
         }
-        // Four standard errors of a variance.
+        // The bound is four standard errors of a variance.
         let within = 4.0 * (2.0 / count as f64).sqrt();
         assert!((square[0] / 5.5_f64.powi(2) - 1.0).abs() < within, "{square:?}");
         assert!((square[1] / 0.2_f64.powi(2) - 1.0).abs() < within, "{square:?}");

@@ -154,7 +154,7 @@ mod tests {
         for (lanes, [x, y, turn]) in u.chunks_exact_mut(<NodeState as Lane>::N).zip(mounts) {
             let mut at = NodeState::identity();
             at.position = Vec3::new(*x, *y, 0.7);
-            // A wheel that has turned on its axle.
+            // The wheel is also rotated about its axle, which must not matter.
             at.rotation = Quat::from_axis_angle(&Vec3::z_axis(), *turn)
                 * Quat::from_axis_angle(&Vec3::y_axis(), 1.1);
             at.put(lanes);
@@ -167,7 +167,8 @@ mod tests {
 
     #[test]
     fn edges_and_corners_of_a_rectangle_that_is_turned() {
-        // 2 m × 1 m, heading 30°: a rock of 0.6 m next to an edge, in front of an end, off a corner.
+        // The rectangle is 2 m × 1 m with a heading of 30°; rocks of 0.6 m are next to an edge, in
+        // front of an end, and off a corner.
         let (s, c) = 30f64.to_radians().sin_cos();
         let place =
             |ahead: f64, left: f64| [5.0 + c * ahead - s * left, 3.0 + s * ahead + c * left];

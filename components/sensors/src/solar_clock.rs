@@ -91,7 +91,7 @@ mod tests {
     impl Sun for At {
         fn state(&self, _: f64) -> SunState {
             let At(dec, hour, lat) = *self;
-            // Rz to the meridian, then tilted by the latitude.
+            // The direction is rotated to the meridian by Rz, then tilted by the latitude.
             let (sd, cd) = dec.sin_cos();
             let (sh, ch) = hour.sin_cos();
             let (sl, cl) = lat.sin_cos();
@@ -145,7 +145,7 @@ mod tests {
         assert!(
             (y.azimuth.abs() - PI).abs() < 1e-12 && (y.elevation - (PI / 2.0 - 0.7)).abs() < 1e-9
         );
-        // In the morning it is in the east, and at an equinox it rises at six.
+        // The Sun is in the east in the morning, and at an equinox it rises at six.
         let y = read(0.0, 6.0, 0.7);
         assert!(y.elevation.abs() < 1e-12 && (y.azimuth - PI / 2.0).abs() < 1e-12, "{y:?}");
     }

@@ -106,7 +106,7 @@ mod tests {
             square += e.component_mul(&e) / count as f64;
         }
         for k in 0..3 {
-            // Four standard errors of a mean and of a variance.
+            // The bounds are four standard errors of a mean and of a variance.
             assert!(mean[k].abs() < 4.0 * sigma[k] / (count as f64).sqrt(), "{mean}");
             let ratio = square[k] / (sigma[k] * sigma[k]);
             assert!((ratio - 1.0).abs() < 4.0 * (2.0 / count as f64).sqrt(), "{k}: {ratio}");
@@ -122,7 +122,8 @@ mod tests {
         let world = Some(linkwork_runtime::PlainWorld::of_site(4e13, 3e6, site).handle());
         let p = StarTrackerParams { sigma: Vec3::zeros(), rate_max: 0.02, world };
         let q = Quat::from_scaled_axis(Vec3::new(0.3, 0.2, -0.1));
-        // At rest in W, 30 s: the planet has turned by 0.45 rad about its pole, as seen from the stars.
+        // The mount is at rest in W for 30 s: relative to the stars the planet has rotated by 0.45 rad
+        // about its pole.
         let (a, b) = (read(&p, 0, Vec3::zeros(), q), read(&p, 300, Vec3::zeros(), q));
         let pole = start * Vec3::z();
         let turned = (b.attitude * a.attitude.inverse()).scaled_axis();

@@ -118,7 +118,7 @@ mod tests {
         fn state(&self, _: f64) -> SunState {
             SunState { direction: self.0.normalize(), distance_au: 1.5 }
         }
-        // Over level ground.
+        // The ground is level, so the Sun is visible above the horizontal.
         fn light(&self, _: f64, _: &Vec3) -> Light {
             Light {
                 direction: self.0.normalize(),
@@ -171,7 +171,8 @@ mod tests {
         let mount = NodeState::identity();
         assert!(look(&sensor(Vec3::new(0.5, 0.0, 1.0), 0.0), 0, mount).valid);
         assert!(!look(&sensor(Vec3::new(-2.0, 0.0, 1.0), 0.0), 0, mount).valid, "outside the cone");
-        // 25° up over the wall's 26.6°: hidden to the east, seen to the west, by a sensor that is turned to it.
+        // The Sun is 25° high, the wall 26.6°: the wall hides the Sun in the east, and a sensor that faces west
+        // sees it.
         let mut turned = mount;
         turned.rotation = Quat::from_axis_angle(&Vec3::y_axis(), 1.0);
         assert!(!look(&sensor(Vec3::new(1.0, 0.0, 0.466), 0.0), 0, turned).valid);

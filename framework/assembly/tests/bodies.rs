@@ -115,9 +115,9 @@ fn starts() {
         "hinge: Free, initial: (rotation: (quat: [0, 1, 0, 0]), angular: [1, 2, 3], velocity: [4, 5, 6])",
     );
     assert_eq!(free, [0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
-    // Half a turn about y: x and z change sign.
+    // The body is rotated by half a turn about y, so x and z change sign.
     assert_eq!(v, [1.0, 2.0, 3.0, -4.0, 5.0, -6.0]);
-    // roll, pitch, yaw turn about fixed x, then y, then z: x goes to y by the yaw.
+    // Roll, pitch and yaw rotate about the fixed axes x, then y, then z, so the yaw rotates x to y.
     let spec =
         mechanism("\"b\": (parent: \"world\", at: (rotation: (rpy: [\"30 deg\", 0, \"90 deg\"])))");
     let x = spec.multibody.bodies()[0].hinge_in_parent().rotation * linkwork_spatial::Vec3::x();

@@ -107,9 +107,9 @@ fn it_gives_the_specification_of_the_file_that_says_the_same() {
     assert_eq!(digest(&loaded.spec), digest(&file.spec));
     assert_eq!(loaded.shapes, file.shapes);
     assert_eq!(loaded.spec.accuracy, file.spec.accuracy);
-    // Its resolved text is a file that says the same.
+    // The resolved text of the builder gives the same specification, too.
     assert_eq!(digest(&good(&loaded.resolved).spec), digest(&file.spec));
-    // As text, too.
+    // So does the printed text.
     let printed = good(&built.to_ron());
     assert_eq!(digest(&printed.spec), digest(&file.spec));
 }

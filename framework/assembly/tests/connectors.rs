@@ -199,13 +199,14 @@ const ALL: &str = r#"("Motor.supply", "Battery.terminal"), ("Box.supply", "Batte
 
 #[test]
 fn currents_of_all_that_is_connected_add_up() {
-    // 28 V on 14, 28 and twice 7 ohm: 2 + 1 + 4 + 4 A; through an export, an array, and a chain of entries.
+    // 28 V at 14 Ω, at 28 Ω and twice at 7 Ω: 2 + 1 + 4 + 4 A. The loads are connected through an export,
+    // an array, and a chain of entries.
     assert_eq!(given(&format!("connect: [{ALL}]")).unwrap(), 11.0);
-    // One entry with many connectors is the same node.
+    // One entry that lists many connectors makes the same node.
     let one =
         r#"connect: [("Heaters[*].supply", "Motor.supply", "Box.supply", "Battery.terminal")]"#;
     assert_eq!(given(one).unwrap(), 11.0);
-    // A measurement may read an output of a connector; a removed load draws nothing.
+    // A sensor may read an output of a connector. A removed load draws no current.
     let phase = format!(
         r#"connect: [{ALL}], phases: {{ "all": (remove: ["Motor"], connect: [("Heaters[*].supply", "Battery.terminal")]) }}, start: "all""#
     );
@@ -218,7 +219,7 @@ fn a_connector_that_is_forgotten_is_named() {
         given(r#"connect: [("Motor.supply", "Box.supply", "Battery.terminal")]"#).unwrap_err();
     assert!(fault.contains("connector `Heaters1.supply` is not connected"), "{fault}");
     assert!(fault.contains("connect: [(\"Heaters1.supply\""), "{fault}");
-    // One message per connector, not per port.
+    // There is one message per connector instead of one per port.
     assert_eq!(fault.matches("Heaters1.supply` is not connected").count(), 1, "{fault}");
 }
 
@@ -263,13 +264,13 @@ fn wires_that_leave_half_of_a_connector_out_are_refused() {
             r#"connect: [("Heaters[*].supply", "Box.supply", "Battery.terminal")], wires: [{wires}]"#
         ))
     };
-    // Only the voltage: the current would have no source.
+    // If only the voltage is wired, the current has no source.
     let fault = wired(r#""Battery.terminal.voltage -> Motor.supply.voltage""#).unwrap_err();
     assert!(fault.contains("`Motor.supply` takes `supply.voltage` from `Battery.terminal`, but its `supply.current` does not go there"), "{fault}");
-    // A voltage that is not a connector does not receive current.
+    // A voltage output that is not part of a connector cannot receive a current.
     let fault = wired(r#""Fixed.voltage -> Motor.supply.voltage""#).unwrap_err();
     assert!(fault.contains("`Fixed.voltage` drives `Motor.supply.voltage`, an input of the connector `Motor.supply`"), "{fault}");
-    // Two wires by hand are equal to the connection.
+    // Two single wires are equivalent to the connection.
     let both = r#""Battery.terminal.voltage -> Motor.supply.voltage", "Motor.supply.current -> Battery.terminal.current""#;
     assert_eq!(wired(both).unwrap(), 11.0);
 }

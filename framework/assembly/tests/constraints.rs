@@ -52,7 +52,8 @@ fn every_field_of_loops_and_couplings_is_read() {
         ("Arm/coupler", Hinge::pin(Vec3::y()))
     );
     assert_eq!([&coupler.body_a, &coupler.body_b], ["Arm/rod", "Arm/rocker"]);
-    // The node's pose, then the frame's own, whose rotation cancels the node's.
+    // The pose of the node is applied first, and then the frame's own pose, whose rotation cancels
+    // the node's.
     assert!((coupler.frame_a.position - Vec3::new(0.0, 0.0, 0.3)).amax() < 1e-15);
     assert!(coupler.frame_a.rotation.angle() < 1e-15);
     assert_eq!(coupler.frame_b.position.z, 0.1);
@@ -72,7 +73,8 @@ fn every_field_of_loops_and_couplings_is_read() {
     };
     assert_eq!(terms(pan), [("Arm/turret".into(), 0, 1.0), ("Arm/rocker".into(), 0, 2.0)]);
     assert_eq!(pan.constant, 5f64.to_radians());
-    // Subhinge 2: the locked one counts, but the order of the map does not.
+    // The turret's coordinate is in subhinge 2, because the locked one counts. The order of the map
+    // does not matter.
     assert_eq!(terms(tilt), [("Arm/crank".into(), 0, -1.0), ("Arm/turret".into(), 2, 2.0)]);
     let bound = BindTarget::Loop { name: "Arm/motor".into(), index: 0 };
     assert_eq!(loaded.spec.binds[0].target, bound);
@@ -90,7 +92,8 @@ fn a_run_keeps_loops_and_couplings() {
     }
     let pan = get("Arm/turret[0].angle") + 2.0 * get("Arm/rocker.angle");
     assert!((pan - 5f64.to_radians()).abs() < 1e-9, "{pan}");
-    // Frame B, the world, moves along −x of the rail: the rail is at x = u = 0.02 + 0.1 t + 0.1 t².
+    // Frame B, which is the world, moves along −x of the rail, so the rail is at x = u = 0.02 + 0.1
+    // t + 0.1 t².
     let want = 0.02 + 0.1 * 0.5 + 0.1 * 0.25;
     assert!((get("Arm/rail.displacement") - want).abs() < 1e-9, "{}", get("Arm/rail.displacement"));
 }
@@ -141,7 +144,7 @@ fn a_mount_may_be_an_end_and_a_coordinate() {
     assert_eq!((c.name.as_str(), c.terms[1].coordinate.body.as_str()), ("D/differential", "r"));
     assert_eq!(spec(&loaded).multibody.loops()[0].closure.body_b, "r");
     resolves(&loaded);
-    // A node has no hinge.
+    // A node does not have a hinge.
     let wrong = text.replace("\"right\": \"r\"", "\"right\": \"r/n\"");
     let error = load_text("s.ron", &wrong, &options).err().unwrap().to_string();
     assert!(error.contains("coupling `D/differential`: `right` is the node `n` of `r`"), "{error}");
@@ -216,7 +219,7 @@ fn mistakes_in_loops_have_places_and_remedies() {
         faults(&loops(fields), expected);
         assert!(bad(&loops(fields)).contains("sim.ron:13:"), "{place} {fields}");
     }
-    // All at once, each at its line.
+    // All mistakes are reported at once, each with its line.
     faults(
         &linkage(
             "loops: {\n\"l\": (a: \"rot\", b: \"rod\"),\n\"m\": (a: \"rod\", b: \"wrold\") },\ncouplings: {\n\"c\": (terms: { \"cranc\": 1 }) }",
@@ -350,7 +353,7 @@ fn modes_are_read_and_their_mistakes_told() {
     let mb = &spec(&loaded).multibody;
     assert_eq!(mb.spec(mb.body("boom").unwrap()).modes.as_ref(), Some(&made));
     resolves(&loaded);
-    // A file of modes; the resolved text no longer needs it.
+    // A simulation reads modes from a file; the resolved text does not need this file.
     let text = ron::to_string(&made).unwrap();
     let catalogue = catalogue();
     let options = Options::new(&catalogue).embed("boom.modes.ron", text);

@@ -58,7 +58,7 @@ fn every_field_of_colliders_and_contact_is_read() {
     assert_eq!(roll.coarse, Some(Solid::Sphere { radius: 0.5 }));
     assert_eq!((roll.padding, roll.hidden), (1e-3, Visibility::Hidden));
     assert_eq!((roll.material.friction, roll.material.restitution), (0.7, 0.2));
-    // Groups by name: default, ground, hard, wheels.
+    // The bits follow the names of the groups: default, ground, hard, wheels.
     assert_eq!((roll.groups, roll.collides_with), (0b1100, 0b0011));
     let block = of("deck/shape2");
     assert_eq!(block.fine, Solid::Box { half: Vec3::new(0.5, 1.0, 1.5) });
@@ -78,7 +78,7 @@ fn every_field_of_colliders_and_contact_is_read() {
     let map = Solid::VoxelMap { cells: [4, 5, 6], edge: 0.05, occupied: vec![[0; 3], [3, 4, 5]] };
     assert_eq!((&of("map").fine, of("map").pose.position.x), (&map, 9.0));
     assert_eq!(colliders.len(), 12);
-    // Pairs that collide: groups, neighbours, lists.
+    // The pairs that collide follow from groups, neighbours and lists.
     let meet = |a, b| colliders.meet(id(a), id(b));
     assert!(meet("deck/roll", "floor") && !meet("deck/hull", "wall"), "ignored");
     assert!(
@@ -86,7 +86,7 @@ fn every_field_of_colliders_and_contact_is_read() {
         "neighbours, but one listed"
     );
     assert!(meet("foot", "wall"));
-    // Visible shapes.
+    // These shapes are visible.
     let seen: Vec<_> = loaded.shapes.iter().map(|s| (s.body.as_str(), s.name.as_str())).collect();
     let on_deck = ["roll", "shape3", "mesh", "inside"].map(|n| ("deck", n));
     assert_eq!(seen[..4], on_deck);
@@ -340,7 +340,7 @@ fn a_machine_whose_bodies_do_not_meet_meets_all_else() {
     assert_eq!(pairs(&machines("self_collision: true,", "")), every);
     let none = pairs(&machines("", "self_collision: false,"));
     assert_eq!(none.len(), 8, "of the whole simulation: each body and the floor");
-    // A parameter may set it, and the builder as well.
+    // A parameter or the builder can also set it.
     let by =
         machines("self_collision: \"$own\",", "params: { \"own\": (default: false, doc: \"\") },");
     assert_eq!(pairs(&by), own);
@@ -424,10 +424,10 @@ fn pairs_of_materials_have_laws_of_their_own() {
     assert_eq!(law("wheel/tyre", "plank/side"), None);
     assert_eq!(colliders.rules().laws[0].friction, Some(0.6));
     assert_eq!(colliders.rules().laws[1].restitution, Some(0.3));
-    // The default is the value for all pairs.
+    // Values without a pair are the default for all pairs.
     assert_eq!((laws.of_laws[0].stiffness, laws.of_laws[0].exponent), (5e5, 1.5));
     assert_eq!((laws.of_laws[2].stiffness, laws.of_laws[2].damping), (2e5, 2.0));
-    // The resolved text gives the same.
+    // The resolved text has the same laws.
     let again =
         load_text("resolved.ron", &loaded.resolved.to_string(), &Options::new(&catalogue()));
     let again = again.unwrap_or_else(|f| panic!("{f}")).spec.mechanism().cloned().unwrap();

@@ -16,7 +16,7 @@ fn the_examples_of_the_page_load() {
     assert_eq!(examples.len(), 9);
     let catalogue = catalogue();
     let options = Options::new(&catalogue).embed("wheel.ron", examples[0]);
-    // The rover for the companion file: a base with two arms.
+    // The rover to which the companion file belongs is a base with two arms.
     let rover = include_str!("../../../tests/fuzz/corpus/rover.urdf");
     let linkage = load_text("FORMAT.md", examples[1], &options).unwrap_or_else(|f| panic!("{f}"));
     let spec = linkage.spec.mechanism().cloned().unwrap();

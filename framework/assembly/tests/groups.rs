@@ -239,7 +239,7 @@ fn a_group_of_exports_and_single_ports_and_lanes_of_a_group() {
     assert_eq!(values(&sim, ["Split.A.rate", "Split.B.rate", "Split.B.push"]), [1.0, 5.0, 2.0]);
     assert_eq!(values(&sim, ["Split.A.push"]), [0.0]);
 
-    // A member of an export that is a group, and a component of one of its members.
+    // The wires use a member of an exported group, and a component of one of its members.
     let sim = started(&cart(
         "[true, true, true]",
         r#""Fleet.wheels[*].drive.rate -> Corner[*].drive.rate", "Pair.pair[1].push -> Corner[*].drive.push",
@@ -296,7 +296,7 @@ fn groups_that_do_not_match_are_refused() {
         ), "Pair": (model: "test.pair") }, wires: ["Pair.spare -> In.drive"])"#,
     );
     assert!(text.contains("export `drive.rate` of the group `drive` has several ports"), "{text}");
-    // Names of exports that are already used.
+    // These exports have names that are already used.
     for (exports, why) in [
         (r#""W.rate": "W.command.rate""#, "there is also a part `W`"),
         (r#""a": "W.command", "a.b": "W.steer""#, "there is also an export `a`"),

@@ -39,10 +39,10 @@ fn settings_of_prescribed_hinges_are_reported() {
             "2: body `arm`: `spring`, `damping`, `friction`, `limits` and `restitution` have no effect: the hinge is prescribed"
         ]
     );
-    // Free hinges use all of them, and the rotor acts on the effort of a prescribed hinge.
+    // A free hinge uses all of these settings. The rotor affects the effort of a prescribed hinge.
     assert!(warnings(&one(PIN, &all.replace("true", "false"), "")).is_empty());
     assert!(warnings(&one(PIN, "prescribed: true, armature: 0.2, gear: 3", "")).is_empty());
-    // Limits of rate and effort are for models.
+    // Limits of rate and effort are never reported, because models read them.
     let read = "prescribed: true, limits: (rate: 1, effort: 2)";
     assert!(warnings(&one(PIN, read, "")).is_empty());
     let chain = "Chain(Pin(axis: [0, 0, 1], damping: 1), Slider(axis: [1, 0, 0], prescribed: true, damping: 2))";
@@ -66,7 +66,7 @@ fn a_setting_that_one_phase_uses_is_not_reported() {
     };
     let held = "prescribed: true, damping: 0.1, friction: 2";
     let let_go = phases("bodies: { \"arm\": (prescribed: false) }");
-    // The dry friction of the free hinge would need contact in one of the phases.
+    // The hinge is free in one phase, but its dry friction would need contact there.
     assert_eq!(
         warnings(&one(PIN, held, &let_go)),
         ["2: body `arm`: `friction` has no effect: the hinge is prescribed"]
@@ -140,7 +140,7 @@ fn settings_of_the_other_kind_of_contact_are_reported() {
             ),
         ]
     );
-    // Friction, rolling friction and neighbours belong to both.
+    // Friction, rolling friction and neighbours apply to both kinds of contact.
     let both =
         "contact: (compliant: true, friction: 0.4, rolling_friction: 1e-3, neighbours: Collide)";
     assert!(warnings(&one("Free", &ball.replace(", restitution: 0.3", ""), both)).is_empty());

@@ -87,7 +87,7 @@ fn meshes_that_cannot_be_shown_are_warnings_of_an_import() {
     let loaded = load(dir.path(), "sim.ron", text).unwrap_or_else(|f| panic!("{f}"));
     assert_eq!((loaded.shapes.len(), loaded.colliders.as_ref().unwrap().len()), (2, 1));
     let warnings: String = loaded.warnings().iter().map(|w| w.message.clone()).collect();
-    assert!(warnings.contains("mesh `broken.dae`"), "{warnings}"); // what collides
+    assert!(warnings.contains("mesh `broken.dae`"), "{warnings}"); // this mesh collides
     assert!(warnings.contains("broken.dae` of `a` cannot be shown"), "{warnings}");
     let text =
         "Simulation(bodies: { \"b\": (parent: \"world\", shapes: [Mesh(file: \"broken.dae\")]) })";

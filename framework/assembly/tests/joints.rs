@@ -53,7 +53,7 @@ fn a_urdf_with_damping_decays_as_it_should() {
     let l = wheel("100", "0", "");
     assert_eq!(first(&l, "R/wheel").damping, 0.7);
     let ([_, v], warnings) = run(&l, 0.8);
-    // Inertia 0.35, damping 0.7: a time constant of 0.5 s.
+    // An inertia of 0.35 and a damping of 0.7 have a time constant of 0.5 s.
     let exact = 3.0 * (-0.8f64 / 0.5).exp();
     assert!((v - exact).abs() < 1e-9, "{v} {exact}");
     assert!(warnings.is_empty(), "{warnings:?}");
@@ -66,19 +66,19 @@ fn a_urdf_limit_is_not_passed_and_its_friction_is_told() {
     assert_eq!((s.friction, s.stop), (Friction { force: 0.1, rate: 0.0 }, Stop::Usual));
     for k in 1..200 {
         let ([q, _], warnings) = run(&l, f64::from(k) * 0.005);
-        // 5 h v beyond the limit.
+        // The hinge may pass its limit by 5 h v.
         assert!(q < 0.2 + 5.0 * 0.001 * 3.0 && q > -0.2, "{q}");
         assert_eq!(warnings.len(), 1, "{warnings:?}");
         assert!(warnings[0].message.contains("`friction` has no effect: it is dry"));
     }
-    // Without a stop, it passes.
+    // Without a stop, the hinge passes its limit.
     let ([q, _], _) = run(&wheel("0.2", "0", ", \"R/wheel.stop\": false"), 0.9);
     assert!(q > 1.0, "{q}");
-    // A smooth friction, added to the file by the simulation.
+    // The simulation adds smooth friction to the file.
     let rubs = ", \"R/wheel.friction\": (force: \"0.1 N m\", rate: \"0.01 rad/s\")";
     let ([_, v], warnings) = run(&wheel("100", "0.1", rubs), 0.4);
     assert!(warnings.is_empty());
-    // I v̇ = −d v − F until it creeps.
+    // The wheel follows I v̇ = −d v − F until it creeps.
     let exact = (3.0 + 0.1 / 0.7) * (-0.4f64 / 0.5).exp() - 0.1 / 0.7;
     assert!((v - exact).abs() < 1e-6, "{v} {exact}");
 }
@@ -133,7 +133,8 @@ fn friction_with_smooth_contact_is_that_of_hinges() {
         warnings.len() == 1 && warnings[0].message.contains("`friction` has no effect"),
         "{warnings:?}"
     );
-    // Friction is a row if contact is solved by impulses, and `dry` has priority over the body's value.
+    // If impulses solve the contact, friction is a constraint row, and `dry` has priority over the
+    // body's value.
     let l = loaded(&text(dry, "friction: 9, initial: (rate: 1)"), &[]);
     let ([_, v], warnings) = run(&l, 1.0);
     assert!(warnings.is_empty() && (v - 0.7).abs() < 1e-6, "{v}");
@@ -149,7 +150,7 @@ fn what_of_a_file_is_not_used_is_a_warning_at_its_import() {
     let (file, line, _) = l.sources.place(warnings[0].origin).unwrap();
     assert_eq!((file.as_str(), line), ("s.ron", 1));
     assert!(warnings[0].help.is_some());
-    // Many of one kind share a line.
+    // Several warnings of one kind share a line.
     let shape = "<collision><geometry><sphere radius=\"1\"/></geometry></collision>";
     let links: String = (0..8).map(|i| format!("<link name=\"l{i}\">{shape}</link><joint name=\"j{i}\" type=\"fixed\"><parent link=\"b\"/><child link=\"l{i}\"/></joint>")).collect();
     let urdf = format!("<robot name=\"r\"><link name=\"b\"/>{links}</robot>");

@@ -56,7 +56,8 @@ fn the_mechanism_has_the_numbers_of_the_files() {
     let mb = &m.multibody;
     let wheel = mb.get(mb.body("Rover.Hardware.Wheel1/wheel").unwrap());
     assert_eq!(mb.get(wheel.parent().unwrap()).name(), "Rover/chassis");
-    // Mount on a node: the pose of the node is applied, then the pose of the axle.
+    // The wheel is mounted on a node: the pose of the node is applied first, and then the pose of
+    // the axle.
     let p = wheel.hinge_in_parent().position;
     assert_eq!([p.x, p.y, p.z], [0.5, 0.5, -0.125]);
     assert_eq!(wheel.inertia().mass(), 10.0);
@@ -66,7 +67,8 @@ fn the_mechanism_has_the_numbers_of_the_files() {
     assert_eq!(wheel.subhinges()[0].subhinge.armature, 0.01);
     assert_eq!(m.q[wheel.q()], [5f64.to_radians()]);
     assert!((m.v[wheel.v().start] - 2.0 * std::f64::consts::PI / 60.0).abs() < 1e-15);
-    // The velocity is given in the world, but β contains it in body axes: rotated by −90° about z.
+    // The velocity is given in world axes, but β contains it in body axes, which are rotated by
+    // −90° about z.
     let chassis = mb.get(mb.body("Rover/chassis").unwrap());
     let v = &m.v[chassis.v()];
     assert!((v[3]).abs() < 1e-15 && (v[4] + 1.0).abs() < 1e-15, "{v:?}");

@@ -47,7 +47,7 @@ impl Rng {
         match self.bits() % 4 {
             0 => MassProperties { com: self.vec3(), ..MassProperties::massless() },
             1 => MassProperties::new(mass, self.vec3(), principal),
-            // Not symmetric to the last digit.
+            // Because of round-off, this product is not exactly symmetric.
             2 => MassProperties::new(mass, self.vec3(), R * principal * R.transpose()),
             _ => {
                 let lumped = Mat3::from_diagonal(&Vec3::new(1.0, 1.0, 5.0));
@@ -234,7 +234,7 @@ fn any_mechanism_comes_back_from_its_ron_bit_for_bit() {
         let loaded = load_text("m.ron", &text, &Options::new(&catalogue));
         let loaded = loaded.unwrap_or_else(|f| panic!("seed {seed}: {f}\n{text}"));
         assert_eq!(mechanism(&loaded), &mbs, "seed {seed}");
-        // Comparison of floats treats −0 as 0; the texts show the bits.
+        // A comparison of floats treats −0 as 0, so compare texts, which distinguish them.
         assert_eq!(format!("{:?}", mechanism(&loaded)), format!("{mbs:?}"), "seed {seed}");
         // Load the mechanism again from the resolved text, which refers to no other file.
         let again = load_text("r.ron", &loaded.resolved, &Options::new(&catalogue)).unwrap();
@@ -288,7 +288,7 @@ fn a_urdf_file_becomes_bodies_that_can_be_bound_and_overridden() {
     assert_eq!((s.armature, left.hinge_in_parent().position), (0.25, Vec3::new(0.0, 0.5, 0.0)));
     assert_eq!(&loaded.spec.mechanism().unwrap().q[..3], [1.0, 2.0, 3.0]);
     assert_eq!(loaded.spec.binds.len(), 1);
-    // The view: the visual shapes, with the paths of the meshes that were found.
+    // The view contains the visual shapes, with the paths of the meshes that were found.
     assert_eq!(loaded.shapes.len(), 2);
     assert_eq!(
         (loaded.shapes[0].name.as_str(), loaded.shapes[0].body.as_str()),
@@ -323,7 +323,8 @@ fn an_import_hangs_where_it_is_told_and_may_be_embedded() {
     let mbs = mechanism(&loaded);
     let X = mbs.body_poses(&mbs.neutral_q())[mbs.body("A/left").unwrap().index()];
     assert!((X.position - Vec3::new(-0.5, 0.0, 2.0)).amax() < 1e-15, "{X:?}");
-    // The import's pose first, then the body's own: (0, 0, 2), rotated by 90°, then 1 along the rotated x axis.
+    // The import's pose is applied first, and then the body's own: (0, 0, 2), rotated by 90°, then 1 along the
+    // rotated x axis.
     let own =
         "<mujoco><worldbody><body name=\"b\" pos=\"1 0 0\" euler=\"90 0 0\"/></worldbody></mujoco>";
     let turned = text.replace("r.urdf", "r.xml");
@@ -390,7 +391,7 @@ fn couplings_and_loops_of_a_file_are_simulated() {
     let terms: Vec<_> = c.terms.iter().map(|t| (t.coordinate.body.as_str(), t.factor)).collect();
     assert_eq!(c.name, "R/right_joint");
     assert_eq!((terms, c.constant), (vec![("R/right", 1.0), ("R/left", 2.0)], 0.5));
-    // The start is projected onto it.
+    // The start is projected onto the coupling.
     let sim = run(&loaded.spec, 0.0);
     let of = |side: &str| sim.get(&format!("R/{side}.angle")).unwrap();
     assert!((of("right") + 2.0 * of("left") - 0.5).abs() < 1e-12);
@@ -667,7 +668,7 @@ fn published_robots_are_imported_as_they_are_read() {
 #[test]
 fn moments_that_no_body_has_are_told_or_refused() {
     let dir = tempfile::tempdir().unwrap();
-    // Like TIAGo: a small negative moment.
+    // The finger has a small negative moment, as in TIAGo's file.
     let urdf = r#"<robot name="r"><link name="base"/><link name="finger"><inertial><mass value="0.1"/>
         <inertia ixx="-3.5e-8" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial></link>
         <joint name="turn" type="continuous"><parent link="base"/><child link="finger"/></joint></robot>"#;

@@ -35,7 +35,7 @@ Assembly(
 fn the_order_of_the_text_leaves_no_trace() {
     let catalogue = catalogue();
     let first = load_text("sim.ron", SIM, &options(&catalogue)).unwrap();
-    // Two single wheels instead of an array, with separate wires.
+    // The second file has two single wheels instead of an array, with separate wires.
     let shuffled = SHUFFLED.replace(
         "\"Drive.volts[*] -> Hardware.Wheel[*].volts\"",
         "\"Drive.volts[1] -> Hardware.Wheel2.volts\", \"Drive.volts[0] -> Hardware.Wheel1.volts\"",

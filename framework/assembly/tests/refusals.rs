@@ -202,7 +202,7 @@ fn assembly_parameters() {
 
 #[test]
 fn a_unit_mistake_inside_an_assembly_points_at_the_value() {
-    // A length instead of a mass: parameters keep their units.
+    // A parameter with a unit of length cannot be a mass.
     refused(
         &rover(
             "params: { \"l\": (unit: \"m\", default: 2, doc: \"Length.\") },\nbodies: { \"b\": (parent: \"world\", mass: \"$l * 2\", inertia: [1, 1, 1]) }",
@@ -269,7 +269,7 @@ fn recursion_of_assemblies() {
         shown.contains("contains itself: a.ron -> b.ron -> a.ron\n  --> b.ron:2:18\n"),
         "{shown}"
     );
-    // Alone, too.
+    // The assembly is also rejected if it is loaded directly.
     let f = load_text("a.ron", a, &options).err().unwrap().show(Look::Plain);
     assert!(f.contains("contains itself"), "{f}");
 }

@@ -67,7 +67,7 @@ fn cargo_is_its_bodies_in_one_piece() {
 fn an_element_of_an_array_may_be_whole() {
     let two = format!("array: [(), (stowed: None)], {STOWED}");
     let two = loaded(&lorry(&two, "")).unwrap_or_else(|f| panic!("{f}"));
-    // The lorry with a cart on it, and a separate cart with two wheels.
+    // The simulation has a lorry with a cart on it, and a separate cart with two wheels.
     assert_eq!((spec(&two).multibody.nv(), two.spec.parts.len()), (6 + 6 + 2, 2));
     resolves(&two);
 }
@@ -117,7 +117,7 @@ const HELD: &str = r#"start: "rolls", phases: {
 #[test]
 fn what_is_held_stands_where_it_is_without_its_models_and_goes_on_from_there() {
     let held = loaded(&lorry("stowed: (held: true)", "")).unwrap_or_else(|f| panic!("{f}"));
-    // All coordinates exist; the coordinates of the cart are prescribed, at rest, and the cart has no other variables.
+    // All coordinates exist. The coordinates of the cart are prescribed and at rest, and the cart has no other variables.
     assert_eq!((spec(&held).multibody.nv(), held.spec.parts.len()), (6 + 6 + 2, 0));
     assert!(held.spec.wires.is_empty() && held.colliders.is_none());
     resolves(&held);
@@ -139,7 +139,7 @@ fn what_is_held_stands_where_it_is_without_its_models_and_goes_on_from_there() {
             before = places(&sim);
         }
     }
-    // It is held at its position; a row of 10 ms may be between.
+    // The cart is held at its last position. A row of 10 ms may lie between the two readings.
     let taken = places(&sim);
     assert!(sim.get("Cart/frame.velocity.x").unwrap() == 0.0 && taken[2].abs() > 1e-4, "{taken:?}");
     for (a, b) in taken.iter().zip(before) {
@@ -172,7 +172,7 @@ fn cargo_that_cannot_be_is_refused() {
     assert!(e.contains("where"), "{e}");
     let e = told("stowed: (on: \"lorry\", at: (position: [1, 0]))");
     assert!(e.contains("position"), "{e}");
-    // Bodies with two parents, or with none.
+    // The cargo has bodies with two parents or with none.
     let with = |from: &str, to: &str| {
         let catalogue = catalogue();
         let cart = CART.replacen(from, to, 1);

@@ -36,10 +36,10 @@ fn a_variant_is_the_same_assembly_with_other_defaults() {
     let mechanism = loaded.spec.mechanism().cloned().unwrap();
     assert_eq!(mechanism.multibody.bodies()[0].inertia().mass(), 5.0);
     assert_eq!(loaded.spec.parts[0].params.get("gear").unwrap().value.to_string(), "7.0");
-    // Half of 3 m along x, 4 m down y.
+    // The centre of mass is at half of 3 m along x and at −4 m along y.
     let com = mechanism.multibody.bodies()[0].inertia().com();
     assert_eq!((com.x, com.y), (1.5, -4.0));
-    // A variant of a variant; from outside, the parameter is still a parameter.
+    // Load a variant of a variant. From outside, the parameter is still a parameter.
     let catalogue = catalogue();
     let options =
         Options::new(&catalogue).embed("parts/base.ron", BASE).embed("own/heavy.ron", own).embed(
@@ -53,7 +53,7 @@ fn a_variant_is_the_same_assembly_with_other_defaults() {
     assert_eq!((body.inertia().mass(), body.inertia().com().x), (6.0, 3.0));
     let alone = load_file("own/longer.ron", &options).unwrap_or_else(|f| panic!("{f}"));
     assert_eq!(alone.spec.mechanism().unwrap().multibody.bodies()[0].inertia().mass(), 5.0);
-    // The resolved text needs neither file.
+    // The resolved text does not need either file.
     let again = load_text("r.ron", &longer.resolved, &Options::new(&catalogue));
     assert!(again.is_ok(), "{:?}", again.err().map(|f| f.render(false)));
 }
@@ -68,7 +68,7 @@ fn a_bar_is_a_box_from_a_point_to_another() {
         panic!("{:?}", bar.shape);
     };
     assert!((half - linkwork_spatial::Vec3::new(2.5, 0.05, 0.1)).norm() < 1e-15, "{half}");
-    // The ends of its axis.
+    // The ends of the bar's axis must be the two given points.
     for (end, wanted) in [(-2.5, [0.0, 0.0, 1.0]), (2.5, [3.0, 4.0, 1.0])] {
         let point =
             bar.pose.rotation * linkwork_spatial::Vec3::new(end, 0.0, 0.0) + bar.pose.position;

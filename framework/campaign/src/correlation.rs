@@ -84,7 +84,8 @@ pub fn factor(matrix: &[Vec<f64>], n: usize) -> Result<Vec<Vec<f64>>, Correlatio
             if l[j][j] > 0.0 {
                 l[i][j] = rest / l[j][j];
             } else if rest.abs() > ROUND.sqrt() {
-                // Name j is a linear combination of the names before it; name i is correlated with them, but not with j.
+                // Name j is a linear combination of the names before it, but name i is correlated with those names in a
+                // way that contradicts its correlation with j.
                 return Err(CorrelationError::Indefinite { row: i + 1, variance: -rest.abs() });
             }
         }
@@ -154,11 +155,11 @@ mod tests {
             let CorrelationError::Entry { row, column, .. } = e else { panic!("{e}") };
             assert_eq!((row, column), at);
         }
-        // a equals b, b equals c, and c is the opposite of a.
+        // a nearly equals b, and b nearly equals c, but c is nearly the opposite of a.
         let m = rows(&[&[1.0, 0.9, -0.9], &[0.9, 1.0, 0.9], &[-0.9, 0.9, 1.0]]);
         let e = factor(&m, 3).unwrap_err();
         assert!(matches!(e, CorrelationError::Indefinite { row: 3, .. }), "{e}");
-        // The same matrix, with the second parameter determined by the first.
+        // This contradiction is exact: the first parameter determines the second.
         let m = rows(&[&[1.0, 1.0, 0.5], &[1.0, 1.0, -0.5], &[0.5, -0.5, 1.0]]);
         let e = factor(&m, 3).unwrap_err();
         assert!(matches!(e, CorrelationError::Indefinite { row: 3, .. }), "{e}");

@@ -198,7 +198,7 @@ mod tests {
         let mean = 2.0 * (s2 / 2.0).exp();
         near(m, mean, 1e-5);
         near(v, mean * mean * (s2.exp() - 1.0), 1e-4);
-        // One-sided at the mean: the half-normal distribution.
+        // Truncated at the mean, the distribution is half-normal.
         let d = Distribution::TruncatedNormal {
             mean: 1.0,
             deviation: 2.0,

@@ -83,7 +83,7 @@ pub fn execute(
         let mut here = 0;
         for message in told {
             let added = match message {
-                // No line is written after one that may be incomplete; these runs are repeated.
+                // Do not write a line after one that may be incomplete; these runs are repeated.
                 WorkerMessage::Outcome(_) if error.is_some() => continue,
                 WorkerMessage::Outcome(outcome) => {
                     let known = folder.journal.outcomes.contains_key(&outcome.run);

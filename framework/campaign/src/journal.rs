@@ -314,7 +314,8 @@ mod tests {
                             (0..3).filter(|k| !lost(k)).map(|k| runs[k]).collect();
                         left.sort_unstable();
                         assert!(found.keys().copied().eq(left), "byte {at} bit {bit}");
-                        // The end of the last line is missing: that line was never complete.
+                        // Without the end of the last line, that line is incomplete, and its run is
+                        // repeated.
                         assert!(
                             at + 1 == bytes.len() || !damaged.is_empty(),
                             "byte {at} bit {bit}"
@@ -327,7 +328,7 @@ mod tests {
                 }
             }
         }
-        // The run is repeated, and the line stays.
+        // A flipped bit in a line repeats the run, and the line stays.
         let mut wrong = bytes.clone();
         let second = bytes.iter().position(|b| *b == b'\n').unwrap() + 30;
         wrong[second] ^= 1;

@@ -168,7 +168,7 @@ impl Under<'_> {
             Stepped::Ended(Ended::StopWhen) => (Cause::StopWhen, String::new()),
             Stepped::Ended(Ended::Failed(e) | Ended::Bad(e)) => (Cause::Failed, e.to_string()),
             Stepped::Ended(Ended::Recorder(e)) => return Err(MakeError::Recorder(e)),
-            // The runner itself is never requested to stop.
+            // Nobody requests this runner to stop, so this case does not occur.
             Stepped::Ended(Ended::Stopped) => return Ok(None),
             Stepped::Wall => (Cause::WallLimit, String::new()),
             Stepped::Panicked(words) => (Cause::Panicked, words),
@@ -204,7 +204,8 @@ impl Under<'_> {
             })?;
             outcome.history = Some(written);
         }
-        // If it was stopped while writing the files of a failure, the run is repeated.
+        // If the campaign was stopped while the files of a failure were written, the run is
+        // repeated.
         if !outcome.ended.is_orderly() && !keep(self.campaign, self.means, self.set, &outcome)? {
             return Ok(None);
         }
@@ -258,7 +259,7 @@ fn set_up(campaign: &Campaign, run: u64, means: &Means<'_>) -> Result<Set, LoadE
     let history = match retained.map(|kept| History::new(kept, ready.plan())) {
         None => None,
         Some(Ok(history)) => Some(history),
-        // A drawn choice has removed the variable.
+        // The value that was drawn for a choice has removed the variable.
         Some(Err(e)) => {
             let sources = ready.loaded.sources.clone();
             let fault = Fault::of(Origin::NONE, &e);
@@ -272,7 +273,7 @@ fn set_up(campaign: &Campaign, run: u64, means: &Means<'_>) -> Result<Set, LoadE
     let sim = Simulation::of(Arc::new(ready.program));
     let goal = Goal { until, stop_when, ..Goal::default() };
     let mut runner = Runner::new(sim, Watched { history });
-    // This cannot fail: no checkpoint exists, so no state is restored.
+    // No checkpoint is given, so no state is restored and this cannot fail.
     let _ = runner.metric(metrics, None);
     Ok(Set { runner, goal, groups, configuration: ready.loaded.resolved, limited })
 }
@@ -370,7 +371,7 @@ fn keep(
         set.runner.new_save_failures()
     } else {
         let again = catch_unwind(AssertUnwindSafe(|| set_up(campaign, outcome.run, means)));
-        // It was loaded before, so it can be loaded again, unless a file has disappeared.
+        // The run was loaded before, so loading fails only if a file has disappeared meanwhile.
         let Ok(Ok(mut set)) = again else {
             return no_checkpoint(&folder, "the run cannot be loaded again").map(|()| true);
         };

@@ -93,7 +93,7 @@ pub fn rank_correlation(x: &[f64], y: &[f64]) -> f64 {
     let (x, y) = pairs(x, y);
     let (x, y) = (ranks(&x), ranks(&y));
     let r = covariance(&x, &y) / (covariance(&x, &x) * covariance(&y, &y)).sqrt();
-    // Round-off can move it slightly out of the range.
+    // Round-off can move r slightly out of the range.
     if r.is_nan() { r } else { r.clamp(-1.0, 1.0) }
 }
 
@@ -157,7 +157,7 @@ mod tests {
         assert_eq!((s.n, s.mean), (4, 2.5));
         near(s.deviation, (5.0f64 / 3.0).sqrt(), 1e-15);
         near(s.error, (5.0f64 / 12.0).sqrt(), 1e-15);
-        // numpy.percentile([1, 2, 3, 4], [0, 1, 5, 25, 50, 75, 95, 99, 100])
+        // Reference: numpy.percentile([1, 2, 3, 4], [0, 1, 5, 25, 50, 75, 95, 99, 100])
         for (a, b) in
             s.percentiles.into_iter().zip([1.0, 1.03, 1.15, 1.75, 2.5, 3.25, 3.85, 3.97, 4.0])
         {
@@ -179,7 +179,8 @@ mod tests {
         near(rank_correlation(&x, &up), 1.0, 1e-15);
         near(rank_correlation(&x, &down), -1.0, 1e-15);
         assert!(rank_correlation(&x, &[1.0; 20]).is_nan());
-        // With ties, by hand: ranks (0, 1.5, 1.5, 3) and (1, 0, 2, 3): 3 / √(4.5 · 5).
+        // With ties, computed by hand: the ranks (0, 1.5, 1.5, 3) and (1, 0, 2, 3) give 3 / √(4.5 ·
+        // 5).
         near(rank_correlation(&[1.0, 2.0, 2.0, 3.0], &[5.0, 4.0, 6.0, 7.0]), 0.632_455_532, 1e-9);
         // A NaN excludes its pair.
         near(rank_correlation(&[1.0, f64::NAN, 3.0], &[1.0, -9.0, 2.0]), 1.0, 1e-15);

@@ -49,10 +49,10 @@ impl Axis {
             (low, high) = (0.0, 1.0);
         }
         if low == 0.0 && high == 0.0 {
-            // The range is arbitrary if there are no values.
+            // All values are zero or missing, so the range is arbitrary.
             (low, high) = (-1.0, 1.0);
         }
-        // Half of the difference, because the difference can overflow.
+        // Use half of the difference, because the difference can overflow.
         let half =
             (high / 2.0 - low / 2.0).max(1e-9 * low.abs().max(high.abs())).max(f64::MIN_POSITIVE);
         (low, high) = (low - 0.1 * half, high + 0.1 * half);

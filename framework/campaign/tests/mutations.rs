@@ -18,7 +18,8 @@ fn campaign_files_are_read_or_refused() {
             Ok(_) => true,
             Err(failure) => {
                 assert!(!failure.faults.is_empty(), "refused without a fault");
-                // The positions, which may be anywhere in the text, are included.
+                // Printing must not fail, although the positions of faults may be anywhere in the
+                // text.
                 assert!(!failure.to_string().is_empty());
                 false
             }

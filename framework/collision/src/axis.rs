@@ -172,7 +172,7 @@ fn boxes(a: &Placed, b: &Placed, ha: &Vec3, hb: &Vec3, limit: f64, bias: f64) ->
             if square < 1e-12 {
                 continue;
             }
-            // e_i × b_j in A's axes: 0 at i, −C(i2,j) at i1, C(i1,j) at i2.
+            // The product e_i × b_j in A's axes is 0 at i, −C(i2,j) at i1, and C(i1,j) at i2.
             let at = C[(i1, j)] * t[i2] - C[(i2, j)] * t[i1];
             let reach = ha[i1] * Q[(i2, j)]
                 + ha[i2] * Q[(i1, j)]

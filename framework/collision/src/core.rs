@@ -271,7 +271,8 @@ impl<'a> Placed<'a> {
     #[inline]
     pub(crate) fn support(&self, d: &Vec3) -> Vec3 {
         if let Core::Cylinder { r, h } = self.core {
-            // Only the axis matters, unless d is nearly parallel to it: then w would suffer from cancellation.
+            // Only the axis and the direction of w matter, unless d is nearly parallel to the axis: then w
+            // suffers from cancellation.
             let z = self.R.column(2);
             let along = z.dot(d);
             let w = d - z * along;

@@ -83,7 +83,7 @@ impl Discs {
     ) {
         let along = Pose::translation(0.0, 0.0, z);
         let X_disc = match which {
-            // Pose of the disc in the frame of the other solid.
+            // The result is the pose of the disc in the frame of the other solid.
             Rolls::First => X_AB.inverse() * along,
             Rolls::Second => *X_AB * along,
         };

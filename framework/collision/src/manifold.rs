@@ -77,8 +77,9 @@ pub(crate) fn settle(
     let from = room.points.len();
     across(a, b, axis, limit, size, room);
     keep_shallower(&mut room.points, from, axis, EQUAL * size);
-    // A corner that is behind a face's plane but not behind the face belongs to another face. A round end has more than eight corners; the points
-    // between them belong to the end.
+    // A corner that is behind the plane of a face but not behind the face itself belongs to another face. If the end of
+    // a cylinder faces the triangle, points between corners are valid, too, because a circle has more points than the
+    // eight corners.
     let cylinder = matches!(b.core, Core::Cylinder { .. });
     let round = || cylinder && b.R.column(2).dot(&axis.n).abs() > 1.0 - 1e-12;
     let beside = a.core.is_triangle() && axis.source == Source::Face && !round();

@@ -46,7 +46,7 @@ pub(crate) fn pair(a: &Solid, b: &Solid, X_AB: &Pose, ask: &PairQuery, room: &mu
     room.behind = thick[0] + thick[1];
     let limit = ask.margin + room.behind;
     if rank(&a.kind) > rank(&b.kind) {
-        // Exchange the two so that A is the simpler kind.
+        // Exchange the two solids so that A is the simpler kind.
         let X_BA = X_AB.inverse();
         cores(b, a, &X_BA, limit, ask, room);
         room.points.iter_mut().for_each(|p| *p = p.swapped(X_AB));

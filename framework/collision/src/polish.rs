@@ -71,7 +71,7 @@ fn free(a: &Placed, b: &Placed, start: &Vec3) -> Option<Vec3> {
             return None;
         }
         n = (n + t * s + u * r).normalize();
-        // The next step would be of the order of the square of this.
+        // Convergence is quadratic, so a further step would be below round-off.
         if step < 1e-9 {
             break;
         }
@@ -94,11 +94,12 @@ fn about(a: &Placed, b: &Placed, start: &Vec3, e: &Vec3) -> Option<Vec3> {
     if !(flo > 0.0 && fhi < 0.0) {
         return None;
     }
-    // Round-off of the positions; it affects sep only in second order.
+    // Round-off of the positions causes this error of f; it affects sep only in second order.
     let end = 1e-15 * (flo - fhi);
     let mut phi = 0.0;
     let mut best = n0;
-    // Where two support points tie, sep has a kink. Its normal is among the candidates, so it need not be found again.
+    // Where two support points have the same distance, sep has a kink. The normal there is already among the
+    // candidates, so it need not be found again.
     for _ in 0..12 {
         let (n, turned, f, sep) = slope(phi);
         best = n;

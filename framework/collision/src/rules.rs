@@ -146,11 +146,11 @@ pub(crate) fn table(
         if name == WORLD { Some(world) } else { multibody.body(name).map(|b| b.index()) }
     };
     let loops = rules.joined.iter().filter_map(|[a, b]| Some((group[place(a)?], group[place(b)?])));
-    // In both orders, because the loop below looks up each pair of colliders.
+    // Pairs are listed in both orders, because the loop below looks up each pair of colliders.
     let joined: BTreeSet<(usize, usize)> = (joined(multibody, &group).into_iter().chain(loops))
         .flat_map(|(p, q)| [(p, q), (q, p)])
         .collect();
-    // The `apart` lists to which each collider belongs.
+    // These are the `apart` lists to which each collider belongs.
     let apart: Vec<Vec<usize>> = (specs.iter())
         .map(|s| {
             let of = rules.apart.iter().enumerate().filter(|(_, bodies)| bodies.contains(&s.body));

@@ -35,7 +35,8 @@ impl Most {
                         let longest = p.faces.iter().map(|f| f.len as usize).max();
                         most.corners = most.corners.max(longest.unwrap_or(0));
                     }
-                    // Two different solids have at most as many edge products as the larger one has with itself.
+                    // Two different solids have at most as many edge products as the larger one has with itself,
+                    // so this test is sufficient.
                     most.searched |= !complete(core, core);
                 }
                 Kind::Surface(s) => most.triangles = most.triangles.max(s.count()),

@@ -72,7 +72,8 @@ fn outline(points: &mut [Point], n: &Vec3, size: f64) -> usize {
     let deep = |p: &Point| p.gap <= low.gap + 1e-5 * size && p.n.dot(&low.n) > 1.0 - 5e-9;
     let mid = points.iter().map(|p| p.pb).sum::<Vec3>() / count as f64;
     let far = points.iter().map(|p| (p.pb - mid).norm_squared()).fold(0.0, f64::max);
-    // Independent of the order: no three points on a line span an area.
+    // No three points span an area if all are on a line. This test does not depend on the order of
+    // the points.
     let flat = |p: &[Point]| (p[1].pb - p[0].pb).cross(&(p[2].pb - p[0].pb)).norm() <= 1e-3 * far;
     if points.windows(3).all(flat) {
         return line(points, &mid, deep);
@@ -84,7 +85,7 @@ fn outline(points: &mut [Point], n: &Vec3, size: f64) -> usize {
     e[n.iamin()] = 1.0;
     let x = n.cross(&e);
     let y = n.cross(&x);
-    // Increases with the angle around the centre; a point in the centre has no angle.
+    // The value increases with the angle around the centre; a point in the centre has no angle.
     let around = |p: &Point| {
         let d = p.pb - mid;
         let (x, y) = (d.dot(&x), d.dot(&y));

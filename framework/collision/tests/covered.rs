@@ -82,7 +82,7 @@ fn a_wall_on_a_floor_and_the_floor_at_its_foot_stay() {
         let mut floor = vec![boxed("floor", "world", [1.0, 1.0, 0.1], [0.0, 0.0, -0.1])];
         let half = (0.5 - bottom) / 2.0;
         floor.push(boxed("wall", "world", [0.1, 1.0, half], [0.3, 0.0, bottom + half]));
-        // Pressed against the wall and the floor by the contact slop.
+        // The box is pressed against the wall and into the floor by the contact slop.
         let on = points(floor, Vec3::new(0.1001, 0.0, -1e-4), 0.0);
         let count = |n: Vec3| on.iter().filter(|c| c.normal.dot(&n).abs() > 0.999).count();
         assert_eq!((count(Vec3::z()), count(Vec3::x())), (4, 4), "{bottom}: {on:#?}");
@@ -115,7 +115,8 @@ fn shapes_that_overlap_in_a_body_touch_with_their_outline() {
     ];
     let all = Colliders::new(specs, Rules::default(), &free_bodies(1)).unwrap();
     let (mut scratch, mut out) = (Scratch::new(&all), Vec::new());
-    // The seam of front and rear is over the edge of the block, sunk in.
+    // The seam between front and rear is above the edge of the block, and the body has sunk into
+    // the block.
     let pose = Pose::translation(0.2 - 1e-3, 0.0, 0.05 - 1e-4);
     let poses = |b: Option<_>| b.map_or_else(Pose::identity, |_| pose);
     all.contacts(&mut scratch, &Query::margin(4e-3), poses, &mut out);

@@ -126,7 +126,8 @@ fn loads_change_no_faster_than_the_wheel_moves() {
         let mut rig = Rig::new(DISCS, block);
         let mut worst = 0.0_f64;
         for (turn, lean) in [(0.0, 0.0), (5e-4, 0.0), (2e-3, 0.0), (0.05, 0.003), (0.4, -0.004)] {
-            // Over the edge at the level of the top, 3 mm deep, and against the wall up to it.
+            // The wheel moves over the edge at the level of the top, 3 mm deep, and against the
+            // wall up to the edge.
             let [up, out] = [Vec3::z(), Vec3::x()].map(|n| touching(n, turn, lean, 0.003));
             for (from, to) in [
                 (Vec3::new(-0.3, 0.0, up), Vec3::new(0.3, 0.0, up)),
@@ -137,7 +138,8 @@ fn loads_change_no_faster_than_the_wheel_moves() {
                 worst = worst.max(now);
             }
         }
-        // Measured: 0.77. A solid cylinder jumps by the depth of one of its two ends: 60.
+        // Measured: 0.77. With a solid cylinder the ratio is 60, because the contact jumps between
+        // its two ends.
         assert!(worst < 1.0, "{worst}");
     }
 }
@@ -210,7 +212,8 @@ fn on_a_height_field_discs_meet_the_smooth_surface_without_jumps() {
         let (hub, points) = standing(&mut rig, x, 0.013);
         assert!(!points.is_empty() && points.len() <= DISCS as usize, "{}", points.len());
         for p in &points {
-            // On the rim: the distance from the hub, perpendicular to the axle, equals the radius.
+            // The point is on the rim: its distance from the hub, perpendicular to the axle, equals
+            // the radius.
             let axle = (Quat::from_axis_angle(&Vec3::z_axis(), 0.1)
                 * Quat::from_axis_angle(&Vec3::x_axis(), 0.02))
                 * Vec3::y();

@@ -271,7 +271,8 @@ fn a_wheel_on_a_ridge_is_as_far_as_the_ridge() {
     let mut random = Random(12);
     let slope = f64::atan(top);
     for k in 0..200 {
-        // The direction from the ridge to the axis, within the normals of both sides or beyond them.
+        // The direction from the ridge to the axis is between the normals of both sides or outside
+        // of them.
         let lean = slope * 1.5 * random.signed();
         let gap = random.between(-1e-3, 4e-3);
         let (turn, y) = (3.0 * f64::from(k % 2) * random.signed(), 0.3 * random.signed());
@@ -281,7 +282,8 @@ fn a_wheel_on_a_ridge_is_as_far_as_the_ridge() {
         let place = on_ridge + n * (r + gap);
         let X = Pose::new(turned * lying, place);
         let axis = X.transform_vector(&Vec3::z());
-        // Beyond the normals the slope is nearest: its plane, under the lowest point of the wheel.
+        // Outside of these normals, the side of the ridge is nearest: its plane, at the lowest
+        // point of the wheel.
         let side = lean.abs() > slope;
         let expected = if side {
             let m = Vec3::new(slope.sin().copysign(lean), 0.0, slope.cos());

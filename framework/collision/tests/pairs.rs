@@ -149,7 +149,9 @@ fn no_normal_separates_convex_pairs_more_than_their_distance() {
 fn swapping_flips_the_normal_and_keeps_the_rest() {
     each_pair(&with_surfaces(), 12, |a, b, X, _| {
         if matches!((a, b), (Shape::Mesh { .. }, Shape::Mesh { .. })) {
-            return; // the first is the surface, the second its triangles: deep in each other the two orders differ
+            // The first mesh acts as a surface and the second as triangles, so deep in each other
+            // the two orders differ.
+            return;
         }
         let there = scene(&[a.clone(), b.clone()]).contacts(0.05, &X);
         let back = scene(&[b.clone(), a.clone()]).contacts(0.05, &[X[1], X[0]]);
@@ -168,7 +170,9 @@ fn swapping_flips_the_normal_and_keeps_the_rest() {
 fn rigid_motions_of_all_change_nothing() {
     each_pair(&with_surfaces(), 12, |a, b, X, r| {
         if matches!((a, b), (Shape::Mesh { .. }, Shape::Mesh { .. })) {
-            return; // triangles have no inside: which of two normals is taken deep inside hangs on the last digits
+            // Triangles have no inside: deep inside, round-off decides which of two normals is
+            // used.
+            return;
         }
         let T = r.pose(3.0);
         let mut s = scene(&[a.clone(), b.clone()]);
@@ -208,7 +212,8 @@ fn the_rate_of_the_gap_is_the_normal_times_the_relative_velocity() {
             list.iter().find(|p| p.feature == c.feature).map(|p| (p.gap, p.normal))
         };
         let (Some(before), Some(after)) = (same(&before), same(&after)) else { return };
-        // A triangle is independent of the solid behind it: deep in a mesh its normals lead out, but not to the nearest point.
+        // A triangle is independent of the solid behind it: deep in a mesh, its normals point outwards, but not to the
+        // nearest point.
         let mesh = matches!(a, Shape::Mesh { .. }) || matches!(b, Shape::Mesh { .. });
         if mesh && c.gap < -0.01 {
             return;

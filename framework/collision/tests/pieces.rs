@@ -76,7 +76,7 @@ fn scene(many: &Shape, other: &Shape) -> (Colliders, [BodyId; 2]) {
     }
     let multibody = builder.build().unwrap();
     let mut specs = pieces("piece", many);
-    // Spheres of no radius are none.
+    // Spheres without a radius are not pieces.
     specs.retain(|s| !matches!(s.fine, Shape::Sphere { radius } if radius <= 0.0));
     specs.push(ColliderSpec::new("all", "many", many.clone()));
     specs.push(ColliderSpec::new("one", "other", other.clone()));
@@ -109,20 +109,21 @@ fn answers_are_those_of_the_pieces_one_by_one() {
             for id in colliders.ids().filter(|id| *id != all) {
                 probe.set_meet(all, id, id == one);
             }
-            // Only this pair: hits of the pieces follow from their distances.
+            // Hide the single pieces, so that only the pair of the whole and the other shape can be
+            // hit.
             for id in colliders.ids().filter(|id| ![all, one].contains(id)) {
                 probe.set_visibility(id, Visibility::Hidden);
             }
             let (mut hits, mut worst, mut found) = (0, 0.0_f64, Vec::new());
             for k in 0..120 {
                 let poses = [rng.pose(2.0), rng.pose(if k < 60 { 1.0 } else { 0.4 })];
-                // In the map's frame the other body is anywhere in and around the grid.
+                // In the frame of the map, the other body is anywhere in and around the grid.
                 let at = poses[0] * Pose::translation(0.25, 0.2, 0.1) * poses[1];
                 let place = |b: Option<BodyId>| if b == Some(body) { poses[0] } else { at };
                 probe.place(&colliders, place);
                 let low = brute(&mut probe, &colliders, one);
                 let Some(d) = probe.distance(&colliders, all, one, f64::INFINITY) else {
-                    // Below the whole of a terrain, or inside a mesh.
+                    // The shape is entirely below a terrain, or inside a mesh.
                     assert!(low == f64::INFINITY && probe.first_hit(&colliders).is_none());
                     continue;
                 };
@@ -138,7 +139,8 @@ fn answers_are_those_of_the_pieces_one_by_one() {
                 hits += found.len();
                 let closest = probe.closest(&colliders, f64::INFINITY).unwrap();
                 assert!((closest.distance.distance - d.distance).abs() < 1e-12);
-                // Padding is subtracted, and turns a near miss into a hit (except for a mesh, which then has more behind it).
+                // Padding is subtracted from the distance and turns a near miss into a hit, except for a mesh or
+                // terrain, which also has more material behind the surface.
                 if low > 1e-6 && low < 0.3 && !["mesh", "terrain"].contains(&name) {
                     probe.set_padding(one, 0.5 * low);
                     probe.set_padding(all, 0.5 * low * 1.000_001);
@@ -272,7 +274,8 @@ fn contacts_and_rays_see_the_pieces() {
             };
             let (whole, single) = (gaps(true), gaps(false));
             assert!(points.iter().all(|c| c.a == one || c.b == one));
-            // Each point of the whole belongs to a piece; at most eight are returned for each direction.
+            // Each contact of the whole is a contact of a piece, but at most eight are returned for each
+            // direction.
             assert_eq!(whole.is_empty(), single.is_empty());
             if let (Some(a), Some(b)) = (whole.first(), single.first()) {
                 assert!((a - b).abs() < 1e-9, "{a} {b}");
@@ -354,7 +357,7 @@ fn what_changes_at_run_time_is_seen_and_undone() {
         hits += expected.0.len();
     }
     assert!(hits > 20);
-    // Errors change nothing.
+    // An error does not change anything.
     let before = live.count(cloud);
     let many = vec![[0.0; 4]; 61];
     assert_eq!(

@@ -118,8 +118,8 @@ fn distances_are_proven_from_both_sides() {
     }
     let multibody = builder.build().unwrap();
     let body = multibody.body("a");
-    // Errors of distances and of their ends: for pairs of a cylinder with a shape with edges or another cylinder, which are iterative, and for all
-    // others.
+    // Largest errors of distances and of their end points: first for iterative pairs (a cylinder with a shape with
+    // edges or with another cylinder), then for all others.
     let mut worst = [[0.0_f64; 2]; 2];
     let limits = [[5e-10, 2e-9], [2e-12, 2e-12]];
     let mut least = usize::MAX;
@@ -136,7 +136,8 @@ fn distances_are_proven_from_both_sides() {
             let (worst, limits) = (&mut worst[usize::from(closed)], limits[usize::from(closed)]);
             let mut apart = 0;
             for k in 0..200 {
-                // A third each: random; axes almost parallel, down to exactly; nearly touching.
+                // One third of the cases is random, one third has almost or exactly parallel axes,
+                // and one third nearly touches.
                 let (far, X) = (rng.vec() * 3.0, rng.pose(0.7));
                 let small = 10f64.powi(-(k % 20));
                 let turn = match k % 3 {
@@ -217,7 +218,7 @@ fn no_question_allocates() {
     let n = 300;
     let rim = (0..n).map(|k| f64::from(k) * std::f64::consts::TAU / f64::from(n));
     let disc = rim.flat_map(|t| [0.0, 0.3].map(|z| Vec3::new(0.6 * t.cos(), 0.6 * t.sin(), z)));
-    // A pleated sheet; most of its triangles pass through anything that lies on it.
+    // The surface is a pleated sheet: most of its triangles pass through any shape that lies on it.
     let w = 14;
     let at = |i: u32| {
         let x = |k: u32| f64::from(k) / 6.5 - 1.0;
@@ -253,7 +254,8 @@ fn no_question_allocates() {
             let colliders = Colliders::new(specs, Rules::default(), &bodies).unwrap();
             let [ia, ib] = ["a", "b"].map(|n| colliders.find(n).unwrap());
             let surface = |s: &Shape| matches!(s, Shape::Mesh { .. } | Shape::HeightField { .. });
-            // Comparing every triangle of one with all of the other is slow.
+            // Test fewer poses of two surfaces, because comparing every triangle with every other
+            // is slow.
             let both = surface(a) && surface(b);
             for k in 0..if both { 2 } else { 8 } {
                 let poses = match k {

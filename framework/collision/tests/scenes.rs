@@ -151,7 +151,8 @@ fn neighbours_pass_unless_asked() {
     let pair = |a: &str, b: &str| [a.to_string(), b.to_string()];
     let make = |rules: Rules| meeting(&Colliders::new(arm_specs(), rules, &arm(true)).unwrap());
     let plain = make(Rules::default());
-    // Free hinges do not make neighbours. The hand is welded to the lower arm, so the finger is its neighbour and the upper arm the hand's.
+    // Free hinges do not make neighbours. The hand is welded to the lower arm, so the neighbours of the lower arm
+    // (finger and upper arm) are neighbours of the hand, too.
     assert_eq!(
         plain,
         [
@@ -181,7 +182,8 @@ fn neighbours_pass_unless_asked() {
     assert_eq!(without.len(), plain.len() - 2);
     let looped = make(Rules { joined: vec![pair("finger", "base")], ..Rules::default() });
     assert!(!looped.contains(&"base-finger".into()) && looped.len() == plain.len() - 1);
-    // A machine of which only the base collides with the box, and one exception.
+    // The bodies of this machine do not collide with each other, and the hand does not collide with
+    // the box.
     let bodies = |all: &[&str]| all.iter().map(|b| (*b).to_string()).collect::<Vec<_>>();
     let apart =
         vec![bodies(&["base", "upper", "lower", "hand", "finger"]), bodies(&["hand", "box"])];
@@ -332,7 +334,8 @@ fn rays_stop_at_the_first_surface() {
                 hit.normal.dot(&d) <= 1e-12 && (hit.normal.norm() - 1.0).abs() < 1e-9,
                 "{shape:?} {hit:?}"
             );
-            // A tiny sphere at the hit touches; one before it does not. One-sided and flat shapes from behind are left out.
+            // A tiny sphere at the hit touches, and one before it does not. One-sided shapes and flat shapes from
+            // behind are left out.
             let mut gap = |p: Vec3| s.distance(&[X, Pose::new(X.rotation, p)]).map(|d| d.distance);
             let surface = matches!(shape, Shape::Mesh { .. } | Shape::HeightField { .. });
             if let Some(touch) = gap(end) {
@@ -384,7 +387,7 @@ fn reach_is_each_colliders_own() {
         all.contacts(&mut scratch, &query, at(&poses), &mut out);
         out.iter().map(|c| (c.a.index(), c.b.index())).collect::<Vec<_>>()
     };
-    // Gaps: 0.3, 0.4 and 0.9 m.
+    // The gaps are 0.3, 0.4 and 0.9 m.
     assert!(pairs(0.1, &[]).is_empty());
     assert!(pairs(0.1, &[0.1, 0.09, 0.0]).is_empty());
     assert_eq!(pairs(0.1, &[0.1, 0.11, 0.0]), [(0, 1)]);

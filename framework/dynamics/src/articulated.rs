@@ -196,7 +196,7 @@ pub(crate) fn column<L: Lane>(
 pub(crate) fn solve<L: Lane>(tree: &Tree, w: &mut Work<L>, x: &mut [L]) {
     let dofs = &tree.dofs;
     for run in dofs.runs.iter().rev() {
-        // Load what outboard branches have accumulated, if there are any.
+        // Load the sum that the outboard branches have accumulated, if there are any.
         let level = dofs.level[run.start] as usize;
         let leaf = dofs.end[run.start] as usize == run.end;
         let mut z = if leaf { V6::default() } else { w.sweep[level] };

@@ -158,7 +158,8 @@ pub(crate) fn matrix<L: Lane>(tree: &Tree, w: &mut Work<L>, out: &mut [L]) {
         for (F, to) in F.iter().zip(places.chunks_exact_mut(L::PACK)) {
             L::store(S.dot(F), to);
         }
-        // The last block may extend beyond the row.
+        // The number of columns need not be a multiple of the block size, so the last block is
+        // stored one by one.
         if let (Some(F), false) = (F.get(places.len() / L::PACK), rest.is_empty()) {
             let x = S.dot(F);
             for (j, to) in rest.iter_mut().enumerate() {

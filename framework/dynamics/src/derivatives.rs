@@ -158,7 +158,7 @@ impl<L: Lane> Derivatives<L> {
             let (a, ext) = (pair(|m| &m.a), pair(|m| &m.f_ext));
             let p = C.apply(v);
             let f = C.apply(a) + v.cross_force(p);
-            // Values for the other dofs of a link are overwritten by the values of its last one.
+            // If a link has several dofs, the values of its last dof overwrite the values of the others.
             *out = Outboard { C, B: coriolis(&C, v), F: p.f, f: f - ext };
         }
     }

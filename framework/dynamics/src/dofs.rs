@@ -87,7 +87,7 @@ impl Dofs {
             meets: Vec::new(),
             blocks: vec![Block::default(); padded / WIDEST],
         };
-        // Last dof of each slot, plus one.
+        // Each entry is the last dof of a slot, plus one.
         let mut last = vec![0; links.len() + 1];
         for (k, link) in links.iter().enumerate() {
             let (v, n) = (link.v as usize, link.kind.nv());
@@ -188,8 +188,8 @@ impl Dofs {
         }
         let pairs: usize = (0..nv).map(|i| self.end[i] as usize - i - 1).sum();
         self.dense = 3 * pairs > nv * nv.saturating_sub(1);
-        // Each block is related to the dofs that its dofs carry and, inboard, to runs up to the point where they branch off, so no dof is visited
-        // twice for a block.
+        // Each block meets the dofs outboard of its own dofs and, inboard, runs of dofs up to the point where they
+        // branch off, so no dof is visited twice for a block.
         let mut run_of = vec![0; nv];
         for (k, run) in self.runs.iter().enumerate() {
             run_of[run.clone()].fill(k);
@@ -312,7 +312,7 @@ mod tests {
         for case in 0..200 {
             let nv = 1 + draw(40);
             let mut dofs = Dofs::default();
-            // The dofs inboard of the last one, with the base at the bottom.
+            // The path contains the dofs inboard of the last one, with the base at the bottom.
             let mut path = vec![0_u32];
             for i in 0..nv {
                 let up = if case % 4 == 0 { 0 } else { draw(path.len().min(1 + case % 4)) };

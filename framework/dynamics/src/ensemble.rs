@@ -177,7 +177,8 @@ impl<L: Lane> Worker<L> {
                 pack(to, from, count, state);
             }
             for (to, from) in outs.iter_mut().zip(&*outputs) {
-                // Tables of forces and accelerations contain given and computed values; matrices contain only computed values.
+                // Tables of forces and accelerations also contain given values, so read them; matrices contain only
+                // computed values.
                 if from.len() / count == tree.nv() {
                     pack(to, from, count, state);
                 } else {

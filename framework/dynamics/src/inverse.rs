@@ -65,7 +65,7 @@ pub(crate) fn run<L: Lane>(links: &[Link], w: &mut Work<L>, vdot: &[L], tau: &mu
         acc[k + 1] = a;
         let (m, J, h) = (L::splat(link.m), S3::splat(&link.J), kin.R.mul(V3::splat(&link.h)));
         let (alpha, lin) = (a.n + kin.A.n, a.f + kin.A.f - w.gravity);
-        // The moment of a rotating body costs least in its own axes.
+        // Compute the moment in the axes of the body, because this needs the fewest operations.
         let (wl, al) = (kin.R.tmul(kin.V.n), kin.R.tmul(alpha));
         let body = wl.cross_add(J.mul(wl), J.mul(al));
         let ext = &w.f_ext[k + 1];

@@ -89,7 +89,7 @@ pub fn inverse_mass_diagonal(
             let along = columns.map(|c| c.n.dot(G.n) + c.f.dot(G.f));
             let compliance = sum(along.iter().zip(numbers(G)).map(|(a, g)| a * g)) + D_inv;
             out[i] = if D_inv == 0.0 { 0.0 } else { compliance };
-            // Υ − S (Υ G)* − (Υ G) S* + S (G* Υ G + D⁻¹) S*
+            // The update is Υ − S (Υ G)* − (Υ G) S* + S (G* Υ G + D⁻¹) S*.
             let (s, moved) = (numbers(S), vector(along));
             for ((column, s), a) in columns.iter_mut().zip(s).zip(along) {
                 let by = compliance * s - a;

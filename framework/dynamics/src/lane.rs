@@ -279,8 +279,8 @@ fn sin_cos_reduced<L: Lane>(x: L) -> (L, L) {
     let k = z.fma(k, c(-1.388_888_888_887_411e-3));
     let k = z.fma(k, c(4.166_666_666_666_66e-2));
     let k = (z * z).fma(k, z.fnma(c(0.5), c(1.0)));
-    // Quarter turns modulo four, in {−2 … 2}: sin = a s + b cos, cos = a cos − b s, where a is 1 at 0 and −1 at ±2, b is ±1 at ±1, and the products
-    // are exact.
+    // The quarter turns modulo four are in {−2 … 2}: sin = a s + b cos, cos = a cos − b s, where a is 1 at 0 and −1 at
+    // ±2, b is ±1 at ±1, and the products are exact.
     let r = (n * c(0.25) + magic - magic).fnma(c(4.0), n);
     let w = r * r;
     let odd = w.fnma(w, w * c(4.0)) * c(1.0 / 3.0);

@@ -278,7 +278,7 @@ impl<L: Lane> S3<L> {
     pub fn rotate(&self, R: &M3<L>) -> Self {
         let T = R.mat(&self.columns());
         let (a, b, c) = (T.x, T.y, T.z);
-        // (R S) Rᵀ = Σ_j T_j R_jᵀ
+        // The product is (R S) Rᵀ = Σ_j T_j R_jᵀ.
         let (x, y, z) = (R.x, R.y, R.z);
         Self {
             xx: a.x.fma(x.x, b.x.fma(y.x, c.x * z.x)),

@@ -249,7 +249,7 @@ struct Layout {
 impl Layout {
     fn body(&mut self, mbs: &Multibody, id: BodyId) {
         let body = mbs.get(id);
-        // Frame from which the next subhinge starts, relative to what carries it.
+        // Frame in which the next subhinge starts, relative to its carrier.
         let (mut slot, mut X_LJ) = self.hang(mbs, body.parent(), &body.hinge_in_parent());
         for s in body.subhinges() {
             let kind = match s.subhinge.kind {

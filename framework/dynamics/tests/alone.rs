@@ -153,7 +153,7 @@ fn they_move_as_in_a_sweep_over_a_tree() {
     y.q[to.q()].copy_from_slice(&x.q[from.q()]);
     y.v[to.v()].copy_from_slice(&x.v[from.v()]);
     y.tau[to.v()].copy_from_slice(&x.tau[from.v()]);
-    // The first body has the first wrench in both.
+    // In both mechanisms, the first body has the first external wrench.
     assert_eq!(x.forward()[from.v()], y.forward()[to.v()]);
 }
 

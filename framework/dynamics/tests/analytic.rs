@@ -102,7 +102,7 @@ fn distance_from_the_world_origin_does_not_matter() {
         let near = run(0.0);
         for far in [1e3, 1e6, 1.5e11] {
             let e = relative_error(&run(far), &near);
-            // Measured 0, because the world position has no influence.
+            // Measured: 0, because the world position has no influence.
             assert!(e <= 1e-9, "seed {seed}, {far} m: {e:e}");
         }
     }

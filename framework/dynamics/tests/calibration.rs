@@ -92,7 +92,7 @@ fn a_pendulum_tells_three_numbers() {
     let mbs = builder.build().unwrap();
     let W = structural_regressor(&Tree::new(&mbs), gravity(), 1).unwrap();
     let told = Identifiable::of(&W, 1e-8);
-    // m, hx, hy, hz, Ixx, Ixy, Ixz, Iyy, Iyz, Izz
+    // The order of the parameters is m, hx, hy, hz, Ixx, Ixy, Ixz, Iyy, Iyz, Izz.
     assert_eq!(told.base, [1, 3, 7]);
     assert_eq!(told.alone(), [1, 3, 7]);
     assert_eq!(told.without_influence(), [0, 2, 4, 5, 6, 8, 9]);
@@ -153,11 +153,11 @@ fn exact_data_give_the_forces_of_any_other_motion() {
                 assert!((tau[i] + change - measured[i]).abs() < 1e-8, "{n} dof {i}");
             }
         }
-        // Nearest to the prior: unidentifiable parameters stay unchanged.
+        // The solution nearest to the prior leaves unidentifiable parameters unchanged.
         for j in found.fit.identifiable.without_influence() {
             assert!((found.fit.parameters[j] - nominal_p[j]).abs() < 1e-12);
         }
-        // Data of the mechanism itself change nothing.
+        // Data from the nominal mechanism do not change any parameter.
         let mut data = InertialData::new(&tree, gravity()).unwrap();
         for [q, v, a, tau] in states(&nominal, 0, 80) {
             data.add(&q, &v, &a, &tau).unwrap();

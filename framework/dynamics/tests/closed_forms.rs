@@ -185,7 +185,7 @@ fn a_heavy_top_precesses_steadily_without_nutation() {
         let mass = MassProperties::new(m, e * c, I);
         let top = BodySpec::new("top", "world").hinge(Hinge::ball()).mass(mass);
         let mut s = System::new([top], Vec3::new(0.0, 0.0, -g));
-        // Any attitude with e at θ from z.
+        // Choose any attitude with e at θ from z.
         let up = Quat::rotation_between(&e, &Vec3::z()).unwrap();
         let tilt = Quat::from_axis_angle(&Vec3::x_axis(), theta);
         let R0 = Quat::from_axis_angle(&Vec3::z_axis(), 0.7) * tilt * up;
@@ -236,7 +236,7 @@ struct FreeRotation {
 impl FreeRotation {
     /// `delta` selects a motion between the separatrix (0) and pure spin about axis 3 (1).
     fn new(I: [f64; 3], L: f64, delta: f64, u0: f64, signs: [f64; 2]) -> Self {
-        // 2E between L²/I2 and L²/I3.
+        // 2E lies between L²/I2 and L²/I3.
         let E2 = L * L * ((1.0 - delta) / I[1] + delta / I[2]);
         let D = |i: usize| L * L - E2 * I[i];
         let W1 = signs[0] * (D(2) / (I[0] * (I[0] - I[2]))).sqrt();
@@ -322,7 +322,7 @@ fn third_kind(n: f64, phi: f64, m: f64) -> f64 {
 
 #[test]
 fn the_elliptic_functions_of_this_test_are_right() {
-    // sn, cn, dn at m = 0 and at a quarter period, and their differential equation.
+    // Check sn, cn, dn at m = 0 and at a quarter period, and their differential equation.
     assert!((amplitude(0.7, 0.0) - 0.7).abs() < 1e-15);
     let (mut a, mut b) = (1.0_f64, 0.3_f64.sqrt());
     for _ in 0..8 {
@@ -345,12 +345,13 @@ fn the_elliptic_functions_of_this_test_are_right() {
 #[test]
 fn an_asymmetric_body_rotates_freely_by_elliptic_functions() {
     let (time, mut r) = (4.0, Rng(17));
-    // ω3 about the smallest and about the largest moment, near the separatrix and far from it.
+    // Test ω3 about the smallest and about the largest moment, near the separatrix and far from it.
     for I in [[0.9, 0.7, 0.4], [0.4, 0.7, 0.9]] {
         for (delta, signs) in [(0.05, [1.0, 1.0]), (0.4, [-1.0, 1.0]), (0.8, [1.0, -1.0])] {
             let exact = FreeRotation::new(I, 1.1, delta, 0.6, signs);
             assert!(exact.m > 0.0 && exact.m < 1.0, "modulus {}", exact.m);
-            // Principal axes are rotated in the body, any attitude; all in axes of the body B.
+            // The principal axes are rotated in the body, and the attitude is random; all vectors
+            // are in axes of the body B.
             let X = matrix(r.quat());
             let J = X * Mat3::from_diagonal(&Vec3::from_column_slice(&I)) * X.transpose();
             let mass = MassProperties::new(2.2, Vec3::zeros(), (J + J.transpose()) * 0.5);
@@ -440,7 +441,7 @@ fn a_screw_under_torque_and_weight() {
 
 #[test]
 fn a_driven_screw_says_what_torque_it_takes() {
-    // T = N q̈ − m g · (s a + a × r), q̈ given.
+    // With q̈ given, T = N q̈ − m g · (s a + a × r).
     let mut r = Rng(29);
     for _ in 0..20 {
         let nut = Nut::random(&mut r);

@@ -76,7 +76,7 @@ fn a_point_of_a_four_bar_is_reached_with_its_loop_closed() {
     for i in 0..40 {
         let theta = 0.1 + 0.15 * f64::from(i);
         let goal = point(LINKS, theta, if i % 2 == 0 { 1.0 } else { -1.0 });
-        // Start from any configuration, closed or not.
+        // Start from any configuration, whether the loop is closed or not.
         let mut q = mbs.random_q(i as u64);
         ik.solve(&tree, &[Target::new(node, Goal::position(goal))], &mut q).unwrap();
         assert!((node_at(&tree, &q, "point") - goal).norm() <= 1.1e-9);
@@ -142,7 +142,7 @@ fn a_loop_that_cannot_close_is_an_error_with_the_least_gap() {
     assert!((residual.position - 0.2).abs() < 1e-9, "{residual:?}");
     assert_eq!((&nearest.q, ik.open().unwrap().1), (&q, *residual));
     assert!(error.to_string().starts_with("loop `bar` does not close"), "{error}");
-    // The closure cannot be satisfied at these rates if the crank is kept.
+    // The crank is limited to one angle and the coupler is kept, so the loop cannot close.
     let mbs = four_bar(LINKS, Hinge::pin(Vec3::z()).limits(Limits::position(0.5, 0.5)));
     let tree = Tree::new(&mbs);
     let mut ik = InverseKinematics::new(&tree);
@@ -206,7 +206,8 @@ fn loops_of_all_hinges_close_and_not_the_wrong_way_round() {
             let Ok(found) = found else { continue };
             let error = errors(&tree, &q, &motions);
             assert!(error <= 3e-9, "{name}, {seed}: {error:e}");
-            // The frames have the right orientation; checks the frames directly.
+            // Check the orientation of the frames directly: the loop must not be closed the wrong
+            // way round.
             let mut ws = Workspace::new(&tree);
             poses(&tree, &mut ws, &q);
             let l = &mbs.loops()[0];
@@ -275,7 +276,7 @@ fn couplings_hold_and_the_nearest_keeps_them() {
         assert!(errors(&tree, &q, &[]) <= 1.1e-9);
         assert!((node_at(&tree, &q, "tip") - goal.position.unwrap()).norm() < 1.1e-9);
     }
-    // Out of reach: the result is the nearest point of the curve.
+    // The goal is out of reach, so the result is the point of the curve that is nearest to it.
     let goal = Vec3::new(1.0, 1.5, 0.0);
     let mut q = vec![0.0; 3];
     ik.solve(&tree, &[Target::new(tip, Goal::position(goal))], &mut q).unwrap_err();
@@ -299,7 +300,7 @@ fn couplings_hold_and_the_nearest_keeps_them() {
     let error = InverseKinematics::new(&tree).solve(&tree, &[], &mut [0.0; 3]).unwrap_err();
     let InverseKinematicsError::Open { closure, residual, .. } = error else { panic!("{error}") };
     assert!(["coupling `one`", "coupling `wrong`"].contains(&closure.as_str()), "{closure}");
-    // Each has half of the contradiction.
+    // The contradiction of 0.4 is divided equally between the two couplings.
     assert!((residual.orientation - 0.2).abs() < 1e-6, "{residual:?}");
 }
 
@@ -328,7 +329,7 @@ fn given_closures_are_kept_before_targets() {
     m.node("right", "r5", at(0.05));
     let mbs = m.build().unwrap();
     let (tree, [left, right]) = (Tree::new(&mbs), ["left", "right"].map(|n| mbs.node(n).unwrap()));
-    // A feasible configuration of the hands: bent towards each other.
+    // Choose a feasible configuration: the arms are bent towards each other.
     let place = |b: &str| mbs.get(mbs.body(b).unwrap()).q().start;
     let mut hands = vec![0.0; mbs.nq()];
     for (side, s) in [("l", 1.0), ("r", -1.0)] {
@@ -351,7 +352,7 @@ fn given_closures_are_kept_before_targets() {
     };
     let (mut met, mut nearest) = (0, 0);
     for seed in 0..12 {
-        // Every third position is far away.
+        // Every third goal is too far away.
         let far = if seed % 3 == 0 { 3.0 } else { 0.0 };
         let near = Vec3::new(far - 0.03, 0.0, 0.02);
         let goal = Goal::position(X_l.position + near)
@@ -369,7 +370,8 @@ fn given_closures_are_kept_before_targets() {
         assert!(which == Closure::Given(0) && r.position <= 1e-9 && r.orientation <= 1e-9);
     }
     assert_eq!((met, nearest), (8, 4));
-    // Does not allocate with this number reserved, including rounds and errors of closures; the same applies to portions.
+    // With this number of restarts reserved, the search allocates nothing, including rounds and errors of closures. The
+    // same applies to a search in portions.
     let mut q = vec![0.1; mbs.nq()];
     let targets = [Target::new(left, Goal::position(Vec3::new(3.0, 0.0, 0.4)))];
     ik.effort.restarts = 3;

@@ -161,7 +161,7 @@ fn gravity_of_a_whole_is_the_gradient_of_the_energy_of_its_bodies() {
             let (F, V) = (m.ws.external_wrench(&m.tree, b), m.ws.body_velocity(&m.tree, b));
             power += F.moment.dot(&V.angular) + F.force.dot(&V.linear);
         }
-        // Σ m μ v·∇(1/r), with the velocity of each body's own centre of mass.
+        // The power is Σ m μ v·∇(1/r), with the velocity of each body's own centre of mass.
         let mut want = 0.0;
         for b in mbs.body_ids() {
             let (V, R) = (m.ws.body_velocity(&m.tree, b), m.ws.body_rotation(&m.tree, b));
@@ -169,7 +169,8 @@ fn gravity_of_a_whole_is_the_gradient_of_the_energy_of_its_bodies() {
             let v = V.linear + V.angular.cross(&(R * inertia.com()));
             want += inertia.mass() * pull(&m.ws.body_com(&m.tree, b)).dot(&v);
         }
-        // The gradient of the field contributes 1e-3 of this; the four points differ from the bodies in the next order.
+        // The gradient of the field contributes 1e-3 of the power. The four points differ from the bodies in the next
+        // order only.
         assert!((power - want).abs() < 5e-10 * want.abs(), "seed {seed}: {power} {want}");
         assert!(m.v.iter().any(|v| *v != 0.0));
     }

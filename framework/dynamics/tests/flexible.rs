@@ -147,7 +147,7 @@ fn velocities_and_biases_are_rates_of_poses_and_velocities() {
             let A = c.ws.node_bias_acceleration(&c.tree, n);
             let rate = c.rate(|t, ws| six(&ws.node_velocity(t, n)));
             close(&rate, &six(&A), 1e-6, &format!("seed {seed}, bias"));
-            // Set-up poses are equal.
+            // The poses that the mechanism computes without a workspace must be equal.
             let node = c.tree.multibody().get_node(n);
             let poses = c.tree.multibody().body_poses(&c.q);
             let body = c.ws.body_pose(&c.tree, node.body()).position;
@@ -234,7 +234,7 @@ fn forward_inverts_inverse_with_prescribed_coordinates() {
             if mask[i] { t[i] = 99.0 } else { a[i] = 99.0 }
         }
         forward_dynamics_given_kinematics(&c.tree, &mut c.ws, &mut t, &mut a).unwrap();
-        // Measured 4e-13.
+        // Measured: 4e-13.
         close(&a, &want, 1e-10, &format!("seed {seed}, accelerations"));
         close(&t, &tau, 1e-10, &format!("seed {seed}, forces"));
         for (n, felt) in nodes.iter().zip(&felt) {
@@ -310,7 +310,7 @@ fn momentum_its_matrix_and_its_rate_agree() {
         close(&v, u.as_slice(), 1e-7, &format!("seed {seed}, com velocity"));
         let rate = c.rate(|t, ws| pair(momentum(t, ws)));
         close(&rate, &bias, 1e-6, &format!("seed {seed}, bias"));
-        // Body by body: masses and their centres add up to the total.
+        // Sum the masses and centres of mass of the subtrees.
         let mbs = c.tree.multibody();
         let (mut m, mut sum) = (0.0, Vec3::zeros());
         for b in mbs.body_ids().filter(|b| mbs.get(*b).parent().is_none()) {
@@ -375,7 +375,7 @@ fn power_of_the_forces_goes_into_energy_less_what_dampers_take() {
         }
         let h = 1e-5;
         let mut energy = |t: f64| {
-            // q and β to second and first order in t, along the motion.
+            // Move along the motion: q to second order and β to first order in t.
             let dv: Vec<f64> = (0..nv).map(|i| t * (c.v[i] + 0.5 * t * vdot[i])).collect();
             let v: Vec<f64> = (0..nv).map(|i| c.v[i] + t * vdot[i]).collect();
             let mut q = c.q.clone();
@@ -394,7 +394,7 @@ fn sliced(seed: u64) -> (Multibody, Multibody) {
     let mut b = Builder::from(&rigid);
     let mut r = Rng(seed + 1);
     for body in b.bodies_mut() {
-        // The body's own mass on one station at a random pose.
+        // Put the body's mass at one station with a random pose.
         let X = r.pose();
         let I = body.mass.validate().unwrap();
         let R = X.rotation.to_rotation_matrix().into_inner();
@@ -634,7 +634,7 @@ fn what_is_only_for_rigid_mechanisms_says_so() {
 
 #[test]
 fn a_mode_with_nothing_to_move_behind_a_prescribed_hinge_or_a_free_one_is_named() {
-    // Two masses whose single mode is a rigid rotation, on a pin with the same rotation.
+    // Two masses have a single mode, a rigid rotation; the pin permits the same rotation.
     let at = |x: f64| Station {
         pose: Pose::translation(x, 0.0, 0.0),
         mass: MassProperties::new(1.0, Vec3::zeros(), linkwork_dynamics::spatial::Mat3::zeros()),

@@ -44,7 +44,7 @@ fn a_cantilever_has_the_frequencies_of_euler_and_bernoulli() {
     let (zero, mut M, mut K) = (vec![0.0; n], vec![0.0; n * n], vec![0.0; n * n]);
     poses(&tree, &mut ws, &zero);
     mass_matrix(&tree, &mut ws, &mut M);
-    // K column by column, from the forces that keep a deflected beam at rest.
+    // Compute K column by column, from the forces that keep a deflected beam at rest.
     for j in 0..n {
         let mut q = zero.clone();
         q[j] = 1e-3;
@@ -59,7 +59,7 @@ fn a_cantilever_has_the_frequencies_of_euler_and_bernoulli() {
     w.sort_by(f64::total_cmp);
     for (w, root) in w.iter().zip([1.875_104, 4.694_091, 7.854_757]) {
         let want = (root / 10.0_f64).powi(2) * (14_000.0 / 1.2_f64).sqrt();
-        // Measured 3e-6, 4e-5 and 1.2e-4 below: rotary inertia.
+        // Measured: 3e-6, 4e-5 and 1.2e-4 below, because of rotary inertia.
         assert!((w / want - 1.0).abs() < 2e-4, "{w} instead of {want}");
     }
 }
@@ -84,7 +84,7 @@ fn a_force_at_the_tip_deflects_as_the_handbook_says() {
     let p = ws.node_pose(&tree, mbs.node("tip").unwrap()).position;
     let of = |F: f64, I: f64| F * 1000.0 / (3.0 * 7e10 * I);
     let want = [of(F.y, 2e-7), of(F.z, 5e-7)];
-    // Measured 7.9e-5: the contribution of modes beyond the eighth.
+    // Measured: 7.9e-5, which is the contribution of modes beyond the eighth.
     close(&[p.y, p.z], &want, 1e-4, "tip");
     // Deflection shortens the beam: −½ ∫ w'² = −(3/5) w²/L of a tip load.
     let shorter = 0.6 * (want[0] * want[0] + want[1] * want[1]) / 10.0;
@@ -136,7 +136,7 @@ fn a_beam_that_spins_up_lags_and_comes_back_as_kane_showed() {
     let modes = kane().modes(count).unwrap();
     let tips = spin_up(modes.clone());
     let least = tips.iter().copied().fold(0.0, f64::min);
-    // Measured −0.576 m at 6.8 s, and 3.8 mm of oscillation after the spin-up.
+    // Measured: −0.576 m at 6.8 s, and 3.8 mm of oscillation after the spin-up.
     assert!((-0.59..-0.56).contains(&least), "{least}");
     let rest = tips[155..]
         .iter()
@@ -216,7 +216,7 @@ fn a_turning_beam_stiffens_as_the_differential_equation_says() {
         // In the plane, subtract the effect of the centrifugal force on the deflection itself: λ² − γ².
         let flap = turning_beam(gamma);
         let want = if out_of_plane { flap } else { (flap * flap - gamma * gamma).sqrt() };
-        // Measured at most 6e-5.
+        // Measured: at most 6e-5.
         assert!((least / want - 1.0).abs() < 3e-4, "γ = {gamma}: {least} instead of {want}");
     }
 }
@@ -378,7 +378,7 @@ fn a_stiff_satellite_moves_as_a_rigid_one() {
             m.stiffness.iter_mut().for_each(|k| *k *= s);
         }
         let mbs = b.build().unwrap();
-        // Deflections at which the modes do not accelerate.
+        // Find the deflections at which the modes do not accelerate.
         let (mut at, modal) =
             (q(&mbs), mbs.bodies().iter().flat_map(|b| b.modes_q().zip(b.modes_v())));
         let modal: Vec<(usize, usize)> = modal.collect();
@@ -415,6 +415,6 @@ fn a_stiff_satellite_moves_as_a_rigid_one() {
         let (got, ..) = hub(&mbs, at);
         errors.push(support::relative_error(&got, &want));
     }
-    // Measured 5.6e-6 and 5.6e-8.
+    // Measured: 5.6e-6 and 5.6e-8.
     assert!(errors[0] < 1e-4 && errors[1] < 1.1e-2 * errors[0], "{errors:?}");
 }

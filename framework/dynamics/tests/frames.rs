@@ -46,7 +46,7 @@ fn seen_from_the_world_nodes_are_where_the_kernels_say() {
         let mut ws = Workspace::new(&kernel);
         let (q, v, vdot) = (mbs.random_q(seed), mbs.random_v(seed), mbs.random_v(seed + 1));
         let mut r = Rng(seed);
-        // Also on a moving base.
+        // Test on a moving base, too.
         let (X, V, A) = (r.pose(), motion(&mut r), motion(&mut r));
         ws.set_base(&X, &V, &A);
         inverse_dynamics(&kernel, &mut ws, &q, &v, &vdot, &mut vec![0.0; mbs.nv()]);
@@ -88,7 +88,8 @@ fn rates_are_differences_in_time_for_any_pair_in_any_axes() {
         let pair = frames.pair(tool, camera).unwrap();
         let other = frames.pair_in(tool, camera, world).unwrap();
         let turn = frames.pair(world, tool).unwrap();
-        // The state at t, to second order in t; the table rotates uniformly about its own axes.
+        // Set the state at time t to second order in t. The table rotates uniformly about its own
+        // axes.
         let set = |frames: &mut Frames, t: f64| {
             let (mut qt, nv) = (q.clone(), mbs.nv());
             let dq: Vec<f64> = (0..nv).map(|i| v[i] * t + 0.5 * vdot[i] * t * t).collect();
@@ -101,8 +102,9 @@ fn rates_are_differences_in_time_for_any_pair_in_any_axes() {
             let X = Pose::new(R, X0.position + u * t);
             frames.set_moving(table, X, Motion::new(R * w, u), Motion::zero()).unwrap();
         };
-        // Free subhinges: β is constant in rotating axes, so q(t) above is accurate only to first order. Velocity is compared with differences of
-        // poses at t → 0, acceleration with differences of velocities.
+        // q(t) above is accurate only to first order for free subhinges, because β is constant in rotating axes.
+        // Therefore velocity is compared with differences of poses as t → 0, and acceleration with differences of
+        // velocities.
         let h = 1e-5;
         set(&mut frames, h);
         let (X1, V1) = (frames.pose(pair), frames.velocity(pair));
@@ -118,7 +120,7 @@ fn rates_are_differences_in_time_for_any_pair_in_any_axes() {
         near_motion(&A, &a, 1e-8, &what);
         worst.0 = worst.0.max((V.linear - p_dot).norm());
         worst.1 = worst.1.max((A.linear - a.linear).norm());
-        // In the world's axes: the same, rotated.
+        // In the world's axes, all quantities are the same but rotated.
         let R = frames.pose(turn).rotation;
         near(&frames.position(other), &(R * X.position), 1e-14, &what);
         near_motion(&frames.velocity(other), &V.rotate(&R), 1e-14, &what);
@@ -229,7 +231,7 @@ fn frames_of_one_rover_keep_their_digits_at_any_distance() {
         };
         // Bit-identical, not only approximately equal.
         assert_eq!(answer(0.0), answer(1.5e11), "seed {seed}");
-        // Also in the site's frame.
+        // The result is also bit-identical in the frame of the site.
         let (mut frames, m) = planet(seed, &mbs, 1.5e11);
         let (site, wheel) = (frames.named("site").unwrap(), frames.node_named(m, "n08").unwrap());
         let kernel = Tree::new(&mbs);
@@ -250,7 +252,7 @@ fn only_what_is_asked_and_out_of_date_is_computed() {
     let m = frames.add_mechanism("m", &mbs, world).unwrap();
     let ids = |frames: &Frames, n: &str| frames.node_named(m, n).unwrap();
     let (a, b) = (ids(&frames, "n05"), ids(&frames, "n08"));
-    // The subhinges on the path between the two bodies, from the mechanism itself.
+    // Count the subhinges on the path between the two bodies from the mechanism itself.
     let (body_a, body_b) = (mbs.body("b05").unwrap(), mbs.body("b08").unwrap());
     let on_path = |b: multibody::BodyId| mbs.on_path(b, body_a) != mbs.on_path(b, body_b);
     let moving = |b: multibody::BodyId| mbs.get(b).subhinges().iter().filter(|s| !s.v.is_empty());

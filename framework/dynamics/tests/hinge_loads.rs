@@ -39,7 +39,7 @@ fn a_load_is_the_sum_over_the_bodies_outboard() {
         let mut loads = HingeLoads::new(&tree);
         loads.begin(&ws);
         loads.find(&tree, &mut ws, &vdot);
-        // Inverse of forward dynamics: measured at most 1e-12.
+        // Hinge efforts must invert forward dynamics. Measured: at most 1e-12.
         close(loads.efforts(), &tau, 1e-11, &format!("seed {seed}, efforts"));
         for (b, a) in mbs.body_ids().zip(&before) {
             assert_eq!(ws.body_acceleration(&tree, b), *a, "seed {seed}: a trace is left");
@@ -72,7 +72,7 @@ fn a_load_is_the_sum_over_the_bodies_outboard() {
             let want = [back * force, back * moment].map(|x| [x.x, x.y, x.z]).concat();
             let size = force.norm() + moment.norm() + 100.0;
             let error = got.iter().zip(&want).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            // Measured at most 2e-12.
+            // Measured: at most 2e-12.
             assert!(error < 1e-10 * size, "seed {seed} {body:?}: {got:?} {want:?}");
             count += 1;
         }

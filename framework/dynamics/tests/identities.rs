@@ -43,17 +43,17 @@ fn inverse_inverts_forward_and_both_agree_with_the_mass_matrix() {
         forward_dynamics_given_kinematics(&c.tree, &mut c.ws, &mut tau, &mut vdot).unwrap();
         assert_eq!(given, tau, "seed {seed}: tau is only read at free coordinates");
         inverse_dynamics_given_kinematics(&c.tree, &mut c.ws, &vdot, &mut back);
-        // Measured at most 1e-12, because large forces cancel in some of these chains.
+        // Measured: at most 1e-12, because large forces cancel in some of these chains.
         close(&back, &tau, 1e-11, &format!("seed {seed}, inverse of forward"));
 
-        // M β̇ + C = τ, solved densely.
+        // Solve M β̇ + C = τ with a dense matrix.
         let (mut M, mut C) = (vec![0.0; nv * nv], vec![0.0; nv]);
         mass_matrix(&c.tree, &mut c.ws, &mut M);
         inverse_dynamics_given_kinematics(&c.tree, &mut c.ws, &vec![0.0; nv], &mut C);
         let rhs: Vec<f64> = tau.iter().zip(&C).map(|(t, c)| t - c).collect();
         close(&vdot, &solve(&M, nv, &rhs), 1e-12, &format!("seed {seed}, dense solve"));
 
-        // Columns of M from inverse dynamics.
+        // Compute the columns of M by inverse dynamics.
         for j in 0..nv {
             let mut e = vec![0.0; nv];
             e[j] = 1.0;
@@ -127,7 +127,7 @@ fn momentum_and_energy_two_ways() {
                 .sum::<f64>();
         close(&[kinetic_energy(tree, &c.ws, &c.v)], &[T], 1e-12, &format!("seed {seed}, energy"));
 
-        // Body by body from poses and velocities.
+        // Sum body by body from poses and velocities.
         let com = center_of_mass(tree, &c.ws);
         let (mut h, mut moment) = (Force::zero(), Vec3::zeros());
         for b in tree.multibody().body_ids() {
@@ -183,7 +183,7 @@ fn velocities_and_accelerations_are_derivatives_of_poses() {
         inverse_dynamics(&c.tree, &mut c.ws, &c.q, &c.v, &a, &mut sink);
         let h = 1e-5;
         let at = |t: f64| {
-            // q(t) on the path with rates v + a t: second order is enough for central differences.
+            // Move along a path with rates v + a t; second order is enough for central differences.
             let dv: Vec<f64> = c.v.iter().zip(&a).map(|(v, a)| v * t + 0.5 * a * t * t).collect();
             let v: Vec<f64> = c.v.iter().zip(&a).map(|(v, a)| v + a * t).collect();
             let mut q = c.q.clone();

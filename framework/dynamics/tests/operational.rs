@@ -82,7 +82,7 @@ fn the_inverse_is_that_of_the_free_block() {
         for i in (0..n).filter(|i| fixed[*i]) {
             want[(i, i)] = 0.0;
         }
-        // Measured 3e-13, with condition numbers of some 1e4.
+        // Measured: 3e-13, with condition numbers of some 1e4.
         close(X.as_slice(), want.as_slice(), 1e-11, &format!("seed {seed}, inverse"));
         let mut x = Rng(seed).vec(n);
         let want = times(&X, &x);
@@ -114,7 +114,7 @@ fn jacobians_give_velocities_accelerations_and_forces() {
             times(&J, &vdot).iter().zip(times(&rate, &c.v)).map(|(a, b)| a + b).collect();
         let A = six(&c.ws.node_acceleration(&c.tree, node));
         close(&sum, &A, 1e-12, &at("acceleration"));
-        // The rate is a derivative.
+        // The rate must equal the derivative of the Jacobian along the motion.
         let moved = |h: f64| {
             let dv: Vec<f64> = c.v.iter().map(|x| x * h).collect();
             let mut q = c.q.clone();
@@ -126,7 +126,7 @@ fn jacobians_give_velocities_accelerations_and_forces() {
         };
         let h = 1e-5;
         let difference = (moved(h) - moved(-h)) / (2.0 * h);
-        // Measured 1e-8: the truncation of central differences at this step.
+        // Measured: 1e-8, which is the truncation of central differences at this step.
         close(rate.as_slice(), difference.as_slice(), 1e-7, &at("rate"));
         close(moved(0.0).as_slice(), J.as_slice(), 1e-13, &at("along the path"));
 
@@ -154,7 +154,7 @@ fn compliance_is_that_of_the_dense_matrices() {
         let mut compliance = Compliance::new(&c.tree, &nodes);
         let mut out = vec![0.0; compliance.size() * compliance.size()];
         compliance.compute(&c.tree, &mut c.ws, &mut out).unwrap();
-        // Measured 2e-14.
+        // Measured: 2e-14.
         close(&out, want.transpose().as_slice(), 1e-12, &format!("seed {seed}"));
     }
 }
@@ -277,7 +277,7 @@ fn other_algorithms_on_a_subgraph_are_blocks_of_the_whole() {
         let arm = mbs.ancestors(leaf).find(|b| mbs.subtree(*b).len() > 2).unwrap();
         let (sub, n) = (mbs.subtree_graph(arm), mbs.nv());
         let Some(base) = sub.base.filter(|_| !sub.v.is_empty()) else { continue };
-        // In the whole mechanism everything else is prescribed, for the compliance.
+        // For the compliance, all other coordinates of the whole mechanism are prescribed.
         let mut held = mbs.clone();
         for b in mbs.body_ids().filter(|b| !sub.bodies.contains(b)) {
             held = held.with_coordinate(b, multibody::Coordinate::Prescribed);

@@ -70,13 +70,14 @@ fn the_mass_matrix_its_factors_and_its_inverse_agree_with_dense_algebra() {
 
         let W = &I - &H * &psi * &K;
         let inverse = W.t() * D.inverse().unwrap() * &W;
-        // Relative to the sum of products, so that a large M and a small inverse have equal weight.
+        // The error is relative to the sum of products, so that a large M and a small inverse have
+        // equal weight.
         let dense = inverse.dense().unwrap();
         let unit = (M.abs() * dense.abs()).max();
         let error = (&M * &dense - DMatrix::identity(c.mbs.nv(), c.mbs.nv())).abs().max();
         assert!(error <= 1e-13 * unit, "seed {seed}: M times its inverse is off by {error:e}");
 
-        // Each is recognised as the inverse of the other.
+        // Each expression is recognised as the inverse of the other.
         let found = newton.inverse().unwrap();
         assert_eq!(found.to_string(), "(I − H ψ K)* D⁻¹ (I − H ψ K)");
         same(&found.dense().unwrap(), &dense, 0.0, &what("inverse of HφMφ*H* + J"));
@@ -114,7 +115,7 @@ fn each_operator_and_its_transposed_and_its_inverse_are_what_they_say() {
         for op in &all {
             let (A, At) = (op.dense().unwrap(), op.t().dense().unwrap());
             same(&At, &A.transpose(), 1e-14, &format!("seed {seed}: ({op})*"));
-            // Products with a vector, and of the transpose with a vector.
+            // Check products with a vector, and of the transpose with a vector.
             let mut r = Rng(seed + 9);
             let (x, y) = (r.vec(A.ncols()), r.vec(A.nrows()));
             let Ax = op.apply(&x).unwrap();
@@ -274,7 +275,7 @@ fn a_subgraph_has_operators_of_its_own_on_a_moving_base() {
         kinematics(&tree, &mut ws, &gather(&part.q, &c.q), &gather(&part.v, &c.v));
         let ops = Operators::new(&tree, &ws).unwrap();
         assert!(part.multibody.nv() > 0, "seed {seed}");
-        // A subtree's mass matrix is a block of the whole's.
+        // The mass matrix of a subtree is a block of the mass matrix of the whole tree.
         let block = pick(&M, &part.v);
         same(&ops.mass().dense().unwrap(), &block, 1e-12, &format!("seed {seed}"));
     }
@@ -324,7 +325,8 @@ fn work_is_linear_in_the_number_of_links_and_allocates_nothing() {
             scratch.link_visits() / 2
         })
     };
-    // The number of visits to a link equals the number of symbols in the expression; M⁻¹ has 2·3 + 1.
+    // The number of visits to each link equals the number of symbols in the expression; M⁻¹ has 2·3 +
+    // 1.
     for n in [1, 10, 100, 400] {
         assert_eq!(work(n), [6, 7, 5, 1, 1].map(|symbols| symbols * n as u64));
     }
@@ -374,7 +376,8 @@ fn mistakes_are_refused_with_both_operands() {
     assert!(matches!(error(&(&H - ops.identity())), OperatorError::Add { .. }));
     let text = error(&(&H * other.phi())).to_string();
     assert!(text.contains("`H` and `φ` belong to different systems"), "{text}");
-    // A snapshot of the same system at another time is another system.
+    // Operators of another snapshot belong to another system, even if the tree and the state are
+    // the same.
     let again = Operators::new(&a.tree, &a.ws).unwrap();
     assert!(matches!(error(&(&H * again.phi())), OperatorError::Systems { .. }));
     assert!(matches!(error(&(&H * f64::NAN)), OperatorError::NotFinite { .. }));
@@ -420,7 +423,7 @@ fn links_without_inertia_name_their_body() {
         let error = Operators::new(&c.tree, &c.ws).unwrap_err();
         assert_eq!(error, DynamicsError::Singular { body: "hand".into(), v: 1 });
     }
-    // Two pins on one axis: D of the inner one is only round-off.
+    // With two pins on one axis, D of the inner pin is only round-off.
     let c = arm(Hinge::universal(Vec3::new(1.0, 0.2, 0.3), Vec3::new(1.0, 0.2, 0.3)), solid);
     assert!(Operators::new(&c.tree, &c.ws).is_err());
     // A link between two subhinges is massless, so M is singular, but D is not.

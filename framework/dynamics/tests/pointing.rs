@@ -111,7 +111,7 @@ fn parts_of_a_pose_are_met_and_the_rest_is_free() {
             let found =
                 ik.solve(&tree, &[target], &mut q).unwrap_or_else(|e| panic!("{kind} {seed}: {e}"));
             let (turn, place) = off(&tree, &q, &target);
-            // (An angle between vectors has a precision of 1e-9 from its sine.)
+            // An angle that is computed from the sine between vectors has a precision of 1e-9.
             assert!(turn < 3e-9 && place < 1e-9, "{kind} {seed}: {turn:.1e} {place:.1e}");
             *count += found.kinematics;
             // The target has fewer components than a pose, and free components are not forced back.
@@ -138,12 +138,12 @@ fn within_its_cone_an_axis_may_stay() {
     let target = Target::new(tip, Goal::pointing(Pointing::along(Vec3::z(), near).within(0.25)));
     ik.solve(&tree, &[target], &mut q).unwrap();
     assert_eq!(q, q0, "it is there already");
-    // A start outside the cone ends at its edge, and no farther.
+    // From a start outside the cone, the result is at the edge of the cone.
     let target = Target::new(tip, Goal::pointing(Pointing::along(Vec3::z(), near).within(0.1)));
     ik.solve(&tree, &[target], &mut q).unwrap();
     let angle = (pose_of(&tree, &q, tip).rotation * Vec3::z()).angle(&near);
     assert!((angle - 0.1).abs() < 1e-8, "{angle}");
-    // A start in the opposite direction converges, too.
+    // The search also converges from the opposite direction.
     let mut q = q0;
     let away = Pointing::along(Vec3::z(), -(X.rotation * Vec3::z()));
     ik.solve(&tree, &[Target::new(tip, Goal::pointing(away))], &mut q).unwrap();

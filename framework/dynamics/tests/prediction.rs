@@ -99,7 +99,7 @@ fn the_transition_is_the_derivative_of_the_step() {
 
 #[test]
 fn a_turn_may_be_of_any_size() {
-    // ⊕ alone, on balls and free hinges, up to a full revolution.
+    // Test ⊕ alone, with balls and free hinges and rotations of up to a full revolution.
     for (seed, size) in [(0, 0.1), (2, 1.0), (4, 6.0)] {
         let mbs = random_tree(seed + 900, shape(5, true));
         let (n, e) = (mbs.nv(), 1e-6);
@@ -247,7 +247,7 @@ fn what_is_known_exactly_stays_so_and_a_refusal_changes_nothing() {
     let mut P = vec![0.0; 4 * mbs.nv() * mbs.nv()];
     c.step(&mut q, &mut v, &mut P, 0.01);
     assert!(P.iter().all(|x| *x == 0.0));
-    // A hinge without load.
+    // A hinge that moves no mass is rejected.
     let mut b = Builder::new();
     b.body(BodySpec::new("ghost", "world").hinge(Hinge::pin(Vec3::x())));
     let mbs = b.build().unwrap();

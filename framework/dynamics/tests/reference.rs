@@ -68,7 +68,7 @@ fn state(r: &Robot, ws: &mut Workspace, s: &Value, place: &str) {
 
     matrices(r, ws, s, place);
 
-    // Frames and the centre of mass: accelerations for a_in.
+    // Compare the accelerations of frames and of the centre of mass for a_in.
     inverse_dynamics_given_kinematics(tree, ws, &a, &mut out);
     close(com_acceleration(tree, ws).as_slice(), &nums(&s["acom"]), TOL, &at("com acceleration"));
     for (f, x) in
@@ -83,7 +83,8 @@ fn state(r: &Robot, ws: &mut Workspace, s: &Value, place: &str) {
         close(&pair_m(&V), &nums(&x["v_lwa"]), TOL, &at("frame velocity"));
         let A = ws.node_acceleration(tree, n);
         close(&pair_m(&A), &nums(&x["ac_lwa"]), TOL, &at("frame acceleration"));
-        // In the frame's axes. Pinocchio's acceleration there is Featherstone's spatial acceleration, which differs by ω × v.
+        // Compare in the frame's axes. Pinocchio's acceleration there is Featherstone's spatial acceleration, which
+        // differs by ω × v.
         let local = |m: Motion| pair_m(&m.rotate(&X.rotation.inverse()));
         close(&local(V), &nums(&x["v_local"]), TOL, &at("frame velocity, own axes"));
         let spatial = Motion::new(A.angular, A.linear - V.angular.cross(&V.linear));
@@ -135,7 +136,7 @@ fn matrices(r: &Robot, ws: &mut Workspace, s: &Value, place: &str) {
 
     derivatives(r, ws, s, place);
 
-    // Compliance in the frames' axes, [linear; angular] or linear only, as the file has it.
+    // The compliance is in the frames' axes, [linear; angular] or linear only, as in the file.
     let nodes: Vec<_> = frames.iter().map(node).collect();
     let mut compliance = Compliance::new(tree, &nodes);
     let size = compliance.size();

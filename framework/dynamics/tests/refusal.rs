@@ -98,7 +98,7 @@ fn checked_algorithms_say_what_is_wrong() {
     checked::inverse_dynamics(&tree, &mut ws, &q, &v, &a, &mut tau).unwrap();
     assert!(checked::inverse_dynamics(&tree, &mut ws, &q, &v, &a[1..], &mut tau).is_err());
 
-    // Valid numbers, but an impossible mechanism.
+    // All numbers are valid, but a massless arm cannot be inverted.
     let ghost = Tree::new(&arm(Hinge::pin(Vec3::x()), MassProperties::massless()));
     let mut ws = Workspace::new(&ghost);
     let error = checked::inverse_mass_matrix(&ghost, &mut ws, &[0.1, 0.2], &mut [0.0; 4]);

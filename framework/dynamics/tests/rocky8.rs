@@ -122,7 +122,7 @@ fn mass_centre_of_mass_wheels_and_composite_inertia() {
         let com = moment / mass;
         close(center_of_mass(&tree, &ws).as_slice(), com.as_slice(), 1e-12, "centre of mass");
 
-        // Composite inertia about the system's centre of mass, world axes.
+        // Compute the composite inertia about the system's centre of mass, in world axes.
         let mut I = Mat3::zeros();
         for (name, b) in &bodies {
             let X = plain_pose(&bodies, &angles, &base, name);

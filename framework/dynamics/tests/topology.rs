@@ -84,7 +84,7 @@ fn detaching_keeps_every_pose_velocity_momentum_and_energy() {
             energy_kept(&report, 1e-12, &what);
             assert_eq!(size(&report.impulse), 0.0);
             assert_eq!(e.multibody().bodies().len(), 8);
-            // Onto another body: the free hinge is then between moving frames.
+            // Detach onto another body, so that the free hinge is between moving frames.
             let other = if body == "b00" { "world" } else { "b00" };
             let report = e.detach(body, other).unwrap();
             kept(&seen(&e), &before, 1e-13, &what);
@@ -182,7 +182,7 @@ fn a_driven_free_subhinge_inside_a_chain_turns_round_too() {
     for seed in 0..10 {
         let mut b = Builder::from(&floating(seed));
         let mut r = Rng(seed + 2);
-        // Prescribed, because with a free hinge in the middle nothing would constrain the pin before it.
+        // The hinge is prescribed, because next to a free subhinge nothing would constrain the pins.
         let pin = SubhingeKind::Pin { axis: r.vec3() };
         let hinge = Hinge::chain([pin, SubhingeKind::Free, pin]);
         for body in b.bodies_mut().iter_mut().filter(|b| b.parent == "b00") {
@@ -228,7 +228,7 @@ fn hinges() -> Vec<Hinge> {
 fn a_catch_in_flight_keeps_momentum_and_loses_least() {
     for (i, hinge) in hinges().into_iter().enumerate() {
         for seed in [1, 2, 3] {
-            // Two floating trees in one scene; a body in the middle of one catches the other.
+            // The scene has two floating trees. A body in the middle of one catches the other.
             let (a, b) = (floating(seed), floating(seed + 50));
             let mut e = edit(&a, seed);
             let (q, v) = (b.random_q(seed + 9), b.random_v(seed + 9));
@@ -278,7 +278,7 @@ fn ball_of(mass: f64, inertia: f64, com: Vec3) -> MassProperties {
 
 #[test]
 fn impacts_have_their_closed_forms() {
-    // Two bodies collide and stick: v = (m1 v1 + m2 v2) / (m1 + m2).
+    // Two bodies collide and stick together: v = (m1 v1 + m2 v2) / (m1 + m2).
     let mut b = Builder::new();
     b.body(BodySpec::new("a", "world").hinge(Hinge::free()).mass(ball_of(2.0, 0.1, Vec3::zeros())));
     b.body(BodySpec::new("b", "world").hinge(Hinge::free()).mass(ball_of(3.0, 0.2, Vec3::zeros())));
@@ -292,7 +292,7 @@ fn impacts_have_their_closed_forms() {
     let after = seen(&e);
     assert!((after["b"].1.linear - Vec3::x() * common).norm() <= 1e-15);
     assert!((report.impulse.force - Vec3::x() * (3.0 * (common + 1.0))).norm() <= 1e-14);
-    // Reduced mass: ½ m1 m2 / (m1 + m2) (v1 − v2)².
+    // The energy lost follows from the reduced mass: ½ m1 m2 / (m1 + m2) (v1 − v2)².
     let lost = report.energy_before - report.energy_after;
     assert!((lost - 0.5 * 6.0 / 5.0 * 25.0).abs() <= 1e-13);
 
@@ -374,7 +374,7 @@ fn books_are_kept_through_a_detach_a_flight_and_a_catch() {
     let mut now = mbs.clone();
     let total = |mbs: &Multibody, q: &[f64], v: &[f64]| {
         let mut e = Edit::new(mbs, q, v).unwrap();
-        // An edit without effect gives momentum about the first body; shift it to the origin.
+        // An edit without effect reports the momentum about the first body; shift it to the origin.
         let r = e.reroot("b00").unwrap();
         r.momentum_before.shift_to_parent(&r.point)
     };
@@ -426,7 +426,7 @@ fn books_are_kept_through_a_detach_a_flight_and_a_catch() {
         (now, q, v) = (done.multibody, done.q, done.v);
     }
     fly(&now, &mut q, &mut v);
-    // Measured 2e-15.
+    // Measured: 2e-15.
     let error = size(&(total(&now, &q, &v) - first)) / size(&first);
     println!("momentum drifts by {error:e}");
     assert!(error <= 1e-12, "momentum drifts by {error:e}");
@@ -504,7 +504,8 @@ fn mechanisms_come_and_go_and_places_are_told() {
         assert!(gap(V, &ws.body_velocity(&tree_b, id)) < 1e-12);
     }
     assert!(e.multibody().node("arm/n03").is_some());
-    // Delete part of it, detach another, and check the new indices of the first mechanism's numbers.
+    // Delete a part of the added mechanism, detach another body, and check the new indices of the
+    // coordinates of the first mechanism.
     e.delete("arm/b00").unwrap();
     assert!(e.multibody().bodies().iter().all(|b| !b.name().starts_with("arm/")));
     e.detach("b05", "world").unwrap();
@@ -594,7 +595,8 @@ fn mistakes_are_refused_and_change_nothing() {
     let limits = Hinge::ball().limits(Limits::position(0.0, 1.0));
     assert!(matches!(e.attach("b05", "b00", limits, &here), Err(TopologyError::Build(_))));
 
-    // A pin that would have to jump, with the distance; and a tree fixed to the world.
+    // A pin that would have to jump is an error with the distance; so is a tree that is fixed to
+    // the world.
     let onto_parent = |X| Placement::Frames { hinge_in_parent: X, hinge_in_body: Pose::identity() };
     let away = onto_parent(Pose::translation(50.0, 0.0, 0.0));
     let error = e.attach("b05", "b00", pin(), &away).unwrap_err();

@@ -73,7 +73,7 @@ fn loops_and_couplings_stay_where_their_bodies_do_and_others_are_told() {
     let done = e.finish();
     assert_eq!(names(&done.multibody), ["rod"]);
     assert_eq!(done.dropped, ["sum"]);
-    // A second machine brings its own constraints, with its own names.
+    // A second machine brings its own constraints with their own names.
     let mut e = open();
     let (q, v) = (mbs.neutral_q(), vec![0.0; mbs.nv()]);
     e.add_mechanism("b/", &mbs, (&q, &v), "world", Pose::identity()).unwrap();
@@ -137,7 +137,8 @@ fn a_state_goes_over_with_poses_motion_and_momentum() {
     // Unchanged parts are bit-identical.
     let left = (old.get(old.body("left").unwrap()), free.get(free.body("left").unwrap()));
     assert_eq!(q[left.0.q()], away.q[left.1.q()]);
-    // Back again: the weld is closed exactly at the former pose, with an impact that conserves momentum.
+    // Attach the tool again: the weld is closed exactly at the former pose, with an impact that
+    // conserves momentum.
     let mut spun = away.v.clone();
     let tool = free.get(free.body("tool").unwrap());
     spun[tool.v()].iter_mut().for_each(|v| *v += 0.3);

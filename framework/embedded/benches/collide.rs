@@ -51,7 +51,7 @@ fn bench(name: &str, robot: &mut Robot, qs: &[Vec<f64>], expected: &[bool], hand
         }
     }
     black_box(sum);
-    // Check the configurations as one table, in two threads.
+    // Check all configurations as one table with two threads.
     let (table, mut out) = (qs.concat(), vec![false; qs.len()]);
     let mut robots = [robot.clone(), robot.clone()];
     let (mut one_by_one, mut together) = (Vec::new(), Vec::new());

@@ -36,7 +36,7 @@ fn main() {
     let beam = model.object("beam").unwrap();
     let at = places(&model, &names(&json["dof"]));
     let cases = json["cases"].as_array().unwrap();
-    // Configurations that close the loop, again and again.
+    // Repeat the configurations that close the loop.
     let closed: Vec<Vec<f64>> =
         cases.iter().cycle().take(2000).map(|c| to_q(&model, &at, &numbers(&c["q"]))).collect();
     let peer = Peer::new(&Robot::new(&bare), &closed, ("left_tcp", &mass.validate().unwrap()));

@@ -81,7 +81,8 @@ fn active_set<const N: usize, const NN: usize>(
     let (mut factor, mut slope, mut move_by) = ([0.0; NN], [0.0; N], [0.0; N]);
     s.iter_mut().for_each(|s| *s = s.clamp(lower, upper));
     for iteration in 1..=sweeps.most {
-        // Gradient of each unknown, and how far it would move on its own: find the largest among the free ones, and among those at a bound.
+        // Compute the gradient of each unknown and the step that it would take alone. Find the largest step of the free
+        // unknowns, and the largest of those at a bound.
         let (mut inside, mut chosen) = (0.0_f64, (0.0, None));
         for k in 0..n {
             let row = &normal[k * n..(k + 1) * n];

@@ -160,7 +160,8 @@ fn bounds(mbs: &Multibody) -> Vec<(f64, f64)> {
     let mut out = vec![(0.0, 0.0); mbs.bodies().len() * nv];
     for body in mbs.body_ids() {
         let row = &mut out[body.index() * nv..(body.index() + 1) * nv];
-        // Go from the body inward and sum the largest distance of its origin from the current frame.
+        // Go from the body to the root, and sum the largest possible distance of its origin from the
+        // current frame.
         let mut reach = 0.0;
         for b in mbs.ancestors(body) {
             let b = mbs.get(b);

@@ -48,7 +48,7 @@ impl Linkage {
                 (Some(p), false) if links[p] == Link::Welded => Link::Joined,
                 _ => Link::Beyond,
             };
-            links.push(link); // parents come first
+            links.push(link); // parents are added first
         }
         let (group, joined) = (groups(multibody), neighbours(multibody));
         Self { tree: Tree::new(multibody), links, group, joined }
@@ -76,7 +76,7 @@ pub(crate) fn linkages(spec: &ModelSpec) -> Result<Vec<Option<Linkage>>, ModelEr
     let bent = bent.map(|b| format!("the flexibility of body `{}`", b.name));
     let all = loops.chain(couplings).chain(bent);
     faults.extend(all.map(|what| ModelFault::Refused { what, help }));
-    // The object that carries each body.
+    // Map from each body to the object that contains it.
     let mut owner: Vec<Option<usize>> = vec![None; spec.linkages.bodies().len()];
     for (k, b) in spec.linkages.bodies().iter().enumerate() {
         let mut at = b.parent.as_str();

@@ -154,7 +154,7 @@ impl ModelSpec {
                 }
             }
             if bodies.is_empty() {
-                // A group that contains only groups: its members are separate parts.
+                // This group contains only groups, whose members are separate parts.
                 self.unused.push(format!("SRDF: group `{}` has no links and is not used", g.name));
                 continue;
             }

@@ -26,7 +26,7 @@ pub fn support_polygon(points: &mut [[f64; 2]], hull: &mut [[f64; 2]]) -> usize 
             n += 1;
         }
     }
-    // Return along the upper side.
+    // Continue along the upper side, from right to left.
     let low = n;
     for p in good().rev().skip(1) {
         while n > low && turn(hull[n - 2], hull[n - 1], *p) <= 0.0 {

@@ -29,7 +29,7 @@ fn every_public_call_is_measured() {
         .filter_map(|f| Some(f.ok()?.path()).filter(|p| p.extension().is_some_and(|e| e == "rs")))
         .map(read)
         .collect();
-    // The code of measured blocks, up to the line that reads the count.
+    // Collect the code of all measured blocks, up to the line that reads the count.
     let measured: String = tests
         .split("allocation_counter::measure(")
         .skip(1)
@@ -39,7 +39,8 @@ fn every_public_call_is_measured() {
     let sources = ["src/robot", "src/robot/timing"].map(|f| std::fs::read_dir(folder.join(f)));
     for file in sources.into_iter().flat_map(Result::unwrap) {
         let path = file.unwrap().path();
-        // Memory inside of timings is not public.
+        // These files contain private parts of `Timing`, so their functions cannot be measured
+        // directly.
         let inner = ["path.rs", "section.rs"].map(|n| folder.join("src/robot/timing").join(n));
         if path.extension().is_none_or(|e| e != "rs") || inner.contains(&path) {
             continue;
@@ -58,7 +59,8 @@ fn every_public_call_is_measured() {
     let missing: Vec<&String> = calls
         .iter()
         .filter(|c| !measured.contains(&format!(".{c}(")))
-        // The model and the numbers of a workspace are read from it.
+        // These calls do not compute: they return the model, or copy and read numbers of a
+        // workspace.
         .filter(|c| !["model", "mul", "fork"].contains(&c.as_str()))
         .collect();
     assert!(missing.is_empty(), "no test of memory calls {missing:?}");
@@ -135,7 +137,8 @@ fn no_call_allocates_after_set_up() {
         robot.grasp(left, beam, Grasp::Here).unwrap();
         robot.grasp(right, beam, Grasp::Here).unwrap();
         black_box(robot.grasp(right, beam, Grasp::Here).unwrap_err());
-        // Two tips, and both hands on the beam: reached, nearest, open, error.
+        // Move two tips with both hands on the beam. The outcomes are: reached, nearest, loop open,
+        // error.
         for p in [far, near] {
             let goal = Goal::position(spatial::Vec3::new(p, 0.4, 1.1));
             let goals = [
@@ -230,7 +233,7 @@ fn no_error_allocates() {
     let (nq, nv) = (model.nq(), model.nv());
     let q = model.multibody().neutral_q();
     robot.set_q(&q).unwrap();
-    // A hand with the beam, both with the cup, and the tool.
+    // The left hand holds the beam, and both hands hold the cup.
     robot.grasp(left, beam, Grasp::At(Pose::identity())).unwrap();
     robot.grasp(left, cup, Grasp::At(Pose::identity())).unwrap();
     robot.grasp(right, cup, Grasp::Here).unwrap();
@@ -282,7 +285,7 @@ fn no_error_allocates() {
     let state = MotionState { q: &nan, v: &v.clone(), vdot: &v.clone() };
     let mut own = vec![0.0; nv];
     let told = std::cell::Cell::new(0);
-    // Errors do not allocate; their text is made when it is displayed.
+    // Returning an error does not allocate, because its text is created only when it is displayed.
     let no = |e: RobotError| {
         told.set(told.get() + 1);
         black_box(e);
@@ -298,7 +301,7 @@ fn no_error_allocates() {
         no(robot.jacobian(left, &mut own[..2]).unwrap_err());
         no(robot.whole_jacobian(left, &mut own[..2]).unwrap_err());
         no(robot.manipulability(left, Rows::All { length: 0.0 }, None).unwrap_err());
-        // Searches.
+        // Rejected searches do not allocate.
         no(robot.inverse_kinematics(left, &nowhere, Frame::World, &effort, &mut to).unwrap_err());
         no(robot.inverse_kinematics(left, &goal, Frame::World, &effort, &mut outside).unwrap_err());
         no(robot.inverse_kinematics(gripper, &goal, Frame::World, &effort, &mut to).unwrap_err());
@@ -308,7 +311,7 @@ fn no_error_allocates() {
         no(best.unwrap_err());
         no(robot.inverse_kinematics_all(&form, &goal, Frame::World, &short, &mut all).unwrap_err());
         no(robot.rates(left, &tips[0], &mut own[..1]).unwrap_err());
-        // Forces.
+        // Rejected calls for forces do not allocate.
         no(robot.gravity_forces(&mut own[..1]).unwrap_err());
         no(robot.held_still(&[lost], &mut out).unwrap_err());
         no(robot.feed_forward(&nan, &v, &[], &mut out).unwrap_err());
@@ -316,7 +319,7 @@ fn no_error_allocates() {
         no(robot.mass_matrix(&mut own[..1]).unwrap_err());
         no(robot.momentum(&nan).unwrap_err());
         no(robot.centroidal_matrix(&mut own[..1]).unwrap_err());
-        // Hands.
+        // Rejected calls for hands do not allocate.
         no(robot.grasp(left, beam, Grasp::Here).unwrap_err());
         no(robot.grasp(right, beam, Grasp::At(Pose::identity())).unwrap_err());
         no(robot.grasp(gripper, tool, Grasp::Here).unwrap_err());
@@ -345,7 +348,7 @@ fn no_error_allocates() {
         no(asked.unwrap_err());
         no(robot.mass_matrix_with_object(tool, &mut own[..1]).unwrap_err());
         for object in [tool, beam] {
-            // In no hand; in one.
+            // The tool is in no hand, and the beam is in one.
             no(robot.balance(object, Balance::Equal, &mut out).unwrap_err());
             no(robot.squeeze(object, 10.0, &mut out).unwrap_err());
             no(robot.add_hand_wrenches(object, &w, &mut out).unwrap_err());
@@ -360,7 +363,7 @@ fn no_error_allocates() {
         no(robot.grip(cup, &w, &[flat; 2]).unwrap_err());
         let none = HandWeights { moment: 0.0, ..weights };
         no(robot.split_hand_wrenches(cup, &w, &none).unwrap_err());
-        // Collisions.
+        // Rejected calls for collisions do not allocate.
         no(robot.collides(&short).unwrap_err());
         no(robot.first_hit(&nan).unwrap_err());
         no(robot.hits(&nan, &mut hits).unwrap_err());
@@ -376,7 +379,7 @@ fn no_error_allocates() {
         no(robot.clear_cells(ids[0]).unwrap_err());
         no(robot.cell(ids[0], [0; 3]).unwrap_err());
         no(robot.count(ids[0]).unwrap_err());
-        // Tools with separate memory.
+        // Calls of tools that have their own memory.
         no(space.inertia(&mut robot, &mut own[..1]).unwrap_err());
         no(space.forces(&mut robot, &v, &own[..1], None, &mut out).unwrap_err());
         no(space.impedance(&mut robot, &v, &[soft], None, &mut out).unwrap_err());

@@ -119,14 +119,16 @@ fn padding_with_which_all_touch_always() {
         near
     };
     let before = all(&mut robot);
-    // Links of 0.4 m, two balls of 50 mm: hand and upper arm are never more than 0.9 m apart.
+    // The links are 0.4 m long, and the two balls have a radius of 50 mm, so hand and upper arm are
+    // never more than 0.9 m apart.
     let e = told(robot.pad(hand, 0.91));
     let RobotError::NeverFree { a, b, padding, most } = e else { panic!("{e}") };
     let pair = [hand.index(), upper.index()];
     assert!(pair.contains(&a) && pair.contains(&b) && padding == 0.91, "{e}");
     assert!((most - 0.9).abs() < 1e-12, "{most}");
     assert_eq!(all(&mut robot), before, "nothing has changed");
-    // Slightly less padding is accepted, because by their lengths the links can be far enough apart; even more if the pairs may pass.
+    // Slightly less padding is accepted, because the links are long enough to separate the colliders. More padding is
+    // accepted if the pairs need not be free.
     robot.pad(hand, 0.89).unwrap();
     robot.pad(hand, 0.0).unwrap();
     for other in ["left upper", "right hand", "table", "plate"] {
@@ -190,11 +192,12 @@ fn what_is_not_feasible_comes_with_the_best_that_is() {
     robot.gravity_forces(&mut alone).unwrap();
     let mut tau = alone;
     let shared = robot.balance(plate, Balance::Effort, &mut tau).unwrap();
-    // 300 kg needs far more than the joints' 20 N m, but far less than with one hand.
+    // A load of 300 kg needs far more than the joints' 20 N m, but far less with two hands than
+    // with one.
     let share = |tau: &[f64; 6]| tau.iter().map(|t| t.abs() / 20.0).fold(0.0, f64::max);
     assert!(shared.largest_share > 10.0 && share(&alone) > shared.largest_share, "{shared:?}");
     assert!((share(&tau) - shared.largest_share).abs() < 1e-12 * shared.largest_share);
-    // Palms that may press with only 10 N do not hold it by friction.
+    // Palms that press with at most 10 N cannot hold the plate by friction.
     let half = Force::new(Vec3::zeros(), Vec3::z() * (150.0 * 9.81));
     let friction = [1.0, -1.0].map(|y| Friction {
         normal: Vec3::y() * -y,

@@ -32,13 +32,13 @@ fn a_beam_goes_from_each_of_its_poses_to_each_other() {
             let goals = [TipGoal::new(hands[0], goal)];
             let answer = search.solve(&robot, &goals, &Effort::default(), &mut q).unwrap();
             assert_eq!(answer.outcome, Outcome::Met, "{i} from {j}: {answer:?}");
-            // Use the kinematics of another robot, which holds nothing.
+            // Use the kinematics of another robot that holds nothing.
             let mut bare = Robot::new(&model);
             bare.set_q(&q).unwrap();
             let tips = hands.map(|h| bare.tip_pose(h).unwrap());
             for (what, tip, X) in [("goal", &tips[0], &in_beam[0]), ("loop", &tips[1], &in_beam[1])]
             {
-                // The loop is closed onto the beam at its pose in the left hand.
+                // Close the loop onto the beam at its pose in the left hand.
                 let wanted = match what {
                     "goal" => X_beam * *X,
                     _ => tips[0] * in_beam[0].inverse() * *X,

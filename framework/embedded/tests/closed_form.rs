@@ -233,7 +233,8 @@ fn arms_of_the_reference_are_solved_at_every_pose_of_theirs() {
             total += found.len();
         }
         println!("{name}: {total} solutions of {count} poses");
-        // Four or eight solutions for a UR5, whose hinges rotate by two full turns; the limits of the iiwa leave fewer.
+        // A UR5 has four or eight solutions, because its hinges rotate by two full turns. The limits of the iiwa leave
+        // fewer.
         assert!(count >= 200 && (!eight || total >= 4 * count), "{name}: {total} of {count}");
     }
 }
@@ -242,7 +243,8 @@ fn arms_of_the_reference_are_solved_at_every_pose_of_theirs() {
 fn seven_hinges_with_one_held_at_its_value() {
     let model = panda();
     let dofs = model.dofs(model.part("arm").unwrap()).unwrap().to_vec();
-    // The last hinge is fixed by default: the other six have a shoulder whose axes meet in a point, and axes 5 and 6 meet.
+    // By default the last hinge keeps its value. The other six hinges have a shoulder whose axes meet in a point, and
+    // axes 5 and 6 meet.
     let mut case = Case::new(model.clone(), None);
     assert_eq!(case.closed.held(), Some(dofs[6]));
     let mut rng = Rng(5);
@@ -304,17 +306,18 @@ fn limits_choose_the_copy_that_lies_within_and_near() {
     let near: Vec<f64> = q.iter().map(|x| x + 2.0 * PI).collect();
     assert!(difference(&wide.all(&X, &near)[0], &near) < 1e-9);
     assert!(difference(&wide.all(&X, &q)[0], &q) < 1e-9);
-    // The solution is a full turn outside the limits; its copy within is returned.
+    // The solution is a full turn outside of the limits; the same angle within the limits is
+    // returned.
     let mut narrow = Case::new(axes(Limits::position(-1.2, 1.2)), None);
     let within = narrow.all(&X, &q);
     assert_eq!(within.len(), 1);
     assert!(difference(&within[0], &q) < 1e-9);
     let mut none = Case::new(axes(Limits::position(-0.2, 0.2)), None);
     assert_eq!(none.all(&X, &[0.0; 6]).len(), 0);
-    // Without limits.
+    // Without limits, there are eight solutions.
     let mut free = Case::new(axes(Limits::NONE), None);
     assert_eq!(free.all(&X, &q).len(), 8);
-    // Out of reach.
+    // The pose is out of reach.
     assert_eq!(free.all(&Pose::translation(3.0, 0.0, 0.0), &q).len(), 0);
 }
 
@@ -409,7 +412,7 @@ fn what_has_no_closed_form_and_what_is_no_goal_is_refused() {
         .inverse_kinematics_all(&seven.closed, &goal, Frame::World, &outside, &mut out)
         .unwrap_err();
     assert!(matches!(e, RobotError::OutsideLimits { value: 4.0, .. }), "{e}");
-    // A closed form of another robot.
+    // The closed form of another robot is rejected.
     let e = seven
         .robot
         .inverse_kinematics_all(&case.closed, &goal, Frame::World, &[0.0; 7], &mut out)

@@ -23,7 +23,7 @@ fn a_scene_of_an_arm_is_told_right_five_thousand_times() {
         wrong += usize::from(robot.collides(&q).unwrap() != (expected == '1'));
     }
     assert_eq!(wrong, 0);
-    // The pairs that the reference checked.
+    // The model must check the same pairs as the reference.
     let pairs = json["pairs"].as_array().unwrap();
     assert_eq!(looked_at(&model, &robot), pairs.len());
     for p in pairs.iter().map(names) {
@@ -210,7 +210,7 @@ fn filters_follow_what_is_held() {
     let mut dropped: Vec<String> = free.iter().filter(|n| !held.contains(n)).cloned().collect();
     dropped.sort();
     assert_eq!(dropped, names(&expect["dropped"]));
-    // Distances above and on the cradle.
+    // Compare distances with the handset above the cradle and on it.
     let mut apart = Vec::new();
     for (key, q) in [("up", "q_up"), ("on_cradle", "q_on")] {
         let q = to_q(&model, &at, &numbers(&expect[q]));
@@ -218,7 +218,7 @@ fn filters_follow_what_is_held() {
         let d = robot.distance(&q, handset, cradle).unwrap().unwrap().distance;
         let theirs = number(golden, "handset_to_cradle");
         assert!((d - theirs).abs() < 1e-8 * theirs, "{key} {d}");
-        // Distance and name of the nearest collider other than the cradle.
+        // The result is the distance and the name of the nearest collider other than the cradle.
         robot.distances(&q, f64::INFINITY, &mut apart).unwrap();
         let others =
             apart.iter().filter(|c| [c.a, c.b].contains(&handset) && ![c.a, c.b].contains(&cradle));
@@ -234,7 +234,7 @@ fn filters_follow_what_is_held() {
         assert_eq!(ours, theirs, "{key}");
         assert!(!robot.hits_of(&q, handset));
     }
-    // On its cradle it would touch with 1 cm of padding, until this pair is allowed.
+    // On its cradle the handset touches with a padding of 1 cm, until this pair is allowed.
     let on = to_q(&model, &at, &numbers(&expect["q_on"]));
     robot.pad(handset, 0.01).unwrap();
     assert!(robot.hits_of(&on, handset));
@@ -283,7 +283,7 @@ fn two_held_objects_may_be_allowed_to_touch() {
     let mut robot = Robot::new(&model);
     robot.grasp(left, bolt, Grasp::At(Pose::translation(0.15, 0.0, 0.0))).unwrap();
     robot.grasp(right, nut, Grasp::At(Pose::translation(-0.15, 0.0, 0.0))).unwrap();
-    // The balls' centres are 0.3 m apart at rest, the hands' 0.6 m.
+    // At rest, the centres of the balls are 0.3 m apart and the hands 0.6 m.
     let pair = (id("bolt").min(id("nut")), id("bolt").max(id("nut")));
     let hits = |robot: &mut Robot, d: f64| {
         let mut out = Vec::new();
@@ -353,7 +353,7 @@ fn a_path_jumps_over_nothing() {
     for plate in [0.3, 0.777, 1.234_567, 2.1] {
         let model = rod(plate);
         let mut robot = Robot::new(&model);
-        // At its ends and at ten points between the swing is free.
+        // The arm is free at the ends of its swing and at nearly all of ten positions in between.
         let swing = |k: usize| [0.05 + 2.9 * k as f64 / 11.0];
         assert!((0..12).filter(|k| robot.collides(&swing(*k)).unwrap()).count() <= 1);
         let path = robot.path_free(&swing(0), &swing(11), 1e-4).unwrap();
@@ -364,7 +364,7 @@ fn a_path_jumps_over_nothing() {
         let short = robot.path_free(&[-1.0], &[plate - 0.03], 1e-4).unwrap();
         assert_eq!(short, Path::Free, "{plate}");
         assert_eq!(robot.path_free(&[plate + 0.03], &[2.9], 1e-4).unwrap(), Path::Free);
-        // In portions the result is bit-identical.
+        // Checking in portions gives a bit-identical result.
         for ends in [(swing(0), swing(11)), ([-1.0], [plate - 0.03])] {
             let (mut progress, mut portions) = (PathProgress::default(), 0);
             let told = loop {
@@ -479,7 +479,8 @@ fn shapes_of_a_file_collide_and_its_pairs_do_not() {
     assert_eq!(names, ["base/0", "rod/1", "tool/0", "tube"]);
     let mut robot = Robot::new(&model);
     let q = model.multibody().neutral_q();
-    // Base and tool are not neighbours: a sphere at the centre of the box.
+    // The base and the tool are not neighbours, so the sphere at the centre of the box collides
+    // with it.
     let [base, tool, tube] = ["base/0", "tool/0", "tube"].map(|n| model.collider(n).unwrap());
     assert_eq!(robot.first_hit(&q).unwrap(), Some((base, tool)));
     let gap = robot.distance(&q, base, tube).unwrap().unwrap().distance;
@@ -511,7 +512,7 @@ fn a_robot_is_loaded_with_its_shapes_and_couplings() {
     let folder = std::env::temp_dir().join(format!("linkwork_robot_{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).unwrap();
-    // A tetrahedron in mm, as STL and as OBJ; the file scales it.
+    // The mesh is a tetrahedron in mm, as STL and as OBJ; the URDF file scales it.
     let corners = ["0 0 0", "100 0 0", "0 100 0", "0 0 100"];
     let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
     let facet = |f: &[usize; 3]| {
@@ -550,7 +551,7 @@ fn a_robot_is_loaded_with_its_shapes_and_couplings() {
     let base = at_stl.model().collider("base/0").unwrap();
     assert_eq!(at_stl.first_hit(&q).unwrap(), Some((base, tool)));
     let tube = at_stl.model().collider("tube").unwrap();
-    // In axes of the rod the corner at (0.2, 0, 0) is nearest to the tube, whose side is at x = 0.9 on its axis.
+    // The corner (0.2, 0, 0) in axes of the rod is nearest to the tube, whose side is at x = 0.9 on this axis.
     let gap = at_stl.distance(&q, tool, tube).unwrap().unwrap().distance;
     assert!((gap - 0.7).abs() < 1e-9, "{gap}");
     assert_eq!(at_obj.distance(&q, tool, tube).unwrap().unwrap().distance, gap);

@@ -54,7 +54,7 @@ fn a_tip_moves_as_asked_and_what_is_left_moves_the_elbow() {
     control.solve(&mut robot, &[first], &NO_GUARD, &mut v, &mut left).unwrap();
     let asked = [0.1, -0.2, 0.15, 0.05, 0.1, -0.08];
     assert!(difference(&twist_of(&mut robot, arm, &v), &asked) < 1e-9 && left[0] < 1e-9);
-    // Alone and within limits, the result equals the minimum-norm rates (from another solver).
+    // A single task within the limits gives the minimum-norm rates, which another solver computes.
     let mut least = [0.0; 7];
     robot.rates(arm, &motion, &mut least).unwrap();
     assert!(difference(&v, &least) < 1e-6, "{v:?} {least:?}");
@@ -181,7 +181,8 @@ fn a_tip_is_the_spring_that_it_was_told_to_be() {
     spring.stiffness = [20.0, 15.0, 25.0, 400.0, 300.0, 500.0];
     let (mut tau, mut g, rest) = (vec![0.0; nv], vec![0.0; nv], vec![0.0; nv]);
     let mut at_rest = |robot: &mut Robot, spring: &Impedance| {
-        // At rest, J̇ v and the inertia have no influence if the tip does not accelerate: the forces balance an external wrench K e.
+        // At rest, J̇ v and the inertia have no influence if the tip does not accelerate, so the forces balance an
+        // external wrench K e.
         space.impedance(robot, &rest, &[*spring], None, &mut tau).unwrap();
         tau.clone()
     };
@@ -209,7 +210,7 @@ fn a_tip_is_the_spring_that_it_was_told_to_be() {
         let slope = (energy(&mut robot, &b) - energy(&mut robot, &a)) / 2e-6;
         assert!((told[j] - g[j] + slope).abs() < 1e-5, "{j}: {} {slope}", told[j] - g[j]);
     }
-    // In motion: with these forces M v̇ + C + g = τ moves the tip by Λ⁻¹ (K e + D ė).
+    // With these forces in motion, M v̇ + C + g = τ accelerates the tip by Λ⁻¹ (K e + D ė).
     robot.set_q(&Q).unwrap();
     let v = [0.3, -0.2, 0.5, 0.1, -0.4, 0.2, 0.6];
     space.impedance(&mut robot, &v, &[spring], None, &mut tau).unwrap();
@@ -272,7 +273,7 @@ fn momentum_and_composites_count_what_is_held() {
     assert!(((places[1] - places[0]) * (mass / 2e-6) - h.force).norm() < 1e-7);
     let whole = robot.composite_inertia(body);
     assert!((whole.mass() - alone.mass() - 0.8).abs() < 1e-12);
-    // Only the hinge of l2 rotates: ½ aᵀ I a is ½ M₂₂ (the parent is at rest).
+    // Only the hinge of l2 rotates, so ½ aᵀ I a equals ½ M₂₂.
     let mut M = vec![0.0; nv * nv];
     robot.mass_matrix(&mut M).unwrap();
     let part = model.part("elbow").unwrap();

@@ -64,14 +64,15 @@ fn joints_that_mimic_others_stay_coupled() {
             assert!((Y.position - X.position).norm() <= 1.1e-9);
         }
         assert_eq!(search.closures().next().unwrap().0, Closure::Coupling { index: 0 });
-        // Out of reach: the nearest solution satisfies the coupling.
+        // The goal is out of reach. The nearest solution satisfies the coupling.
         let far = [TipGoal::new(arm, Goal::position(Vec3::new(2.0, 0.3, 0.4)))];
         let answer = search.solve(&robot, &far, &Effort::default(), &mut q).unwrap();
         assert!(answer.outcome == Outcome::Nearest && coupled(&q) <= 1.1e-9);
         // Fully stretched, the hand is 0.9 m from the axis of the base.
         assert!((answer.residual.position - (Vec3::new(2.0, 0.3, 0.4).norm() - 0.9)).abs() < 1e-9);
     }
-    // The arm alone would open it. The other arm moves alone, bit-identical with a robot without couplings.
+    // Moving the arm alone would violate the coupling. The other arm moves alone, with the same bits as in
+    // a robot without couplings.
     let mut q = model.multibody().neutral_q();
     q[wrist] = 0.2;
     let goal = Goal::position(Vec3::new(0.3, 0.3, -0.2));
@@ -94,7 +95,8 @@ fn joints_that_mimic_others_stay_coupled() {
     let b =
         tree.inverse_kinematics(part, &goal, Frame::World, &Effort::default(), &mut same).unwrap();
     assert_eq!((a, &alone), (b, &same));
-    // Other calls that would open it return an error; kinematics and forces are computed for the tree.
+    // Other calls that would violate the coupling return an error. Kinematics and forces are computed
+    // for the tree.
     let nv = model.nv();
     let zero = vec![0.0; nv];
     let twist = spatial::Motion::zero();
@@ -199,7 +201,7 @@ fn loops_of_the_mechanism_stay_closed() {
         .unwrap_err();
     let closure = Closure::Loop { index: 0 };
     assert_eq!(told, RobotError::OpensClosure { what: "inverse kinematics of one chain", closure });
-    // The base of the whole loop moves alone, and straight.
+    // The base carries the whole loop, so it can move alone, and its straight path is free.
     let ahead = Goal::pointing(Pointing::along(Vec3::x(), Vec3::new(0.6, 0.8, 0.0)));
     assert_eq!(
         robot

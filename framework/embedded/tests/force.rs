@@ -143,7 +143,7 @@ fn a_held_object_moves_as_if_it_were_welded_on() {
         ws.apply_uniform_gravity(Vec3::new(0.0, 0.0, -9.81));
         inverse_dynamics(&tree, &mut ws, &q, &v, &vdot, &mut theirs);
         assert!(relative(&ours, &theirs) < 1e-12, "{}", relative(&ours, &theirs));
-        // The object is at its pose in the hand.
+        // The object must be at its pose in the hand.
         let body = mbs.body("load").unwrap();
         let (p, R) = apart(&robot.object_pose(load).unwrap(), &ws.body_pose(&tree, body));
         assert!(p < 1e-12 && R < 1e-10);
@@ -186,7 +186,7 @@ fn pushes_are_what_the_joints_feel() {
     let at = Vec3::new(0.02, -0.05, 0.2);
     let push = Push::new(left, Vec3::new(1.0, 2.0, 3.0), Vec3::new(10.0, -20.0, 30.0)).at(at);
     robot.held_still(&[push], &mut pushed).unwrap();
-    // The power of the force on the motion of its point, dof by dof.
+    // For each dof, compute the power of the force on the motion of its point.
     let arm = robot.tip_pose(left).unwrap().rotation * at;
     for i in 0..nv {
         let w = Vec3::new(J[i], J[nv + i], J[2 * nv + i]);
@@ -402,7 +402,7 @@ fn a_thousand_grasps_leave_every_bit_as_it_was() {
     let at = places(&model, &names(&json["dof"]));
     let q = to_q(&model, &at, &numbers(&json["cases"][0]["q"]));
     let mut robot = Robot::new(&model);
-    // Padding, and allowed contacts in addition to the rules.
+    // Set padding, and allow contacts in addition to the rules.
     let id = |name: &str| model.collider(name).unwrap();
     let [wood, palm, table] = ["wood", "left_hand", "table"].map(id);
     for (which, padding) in [(wood, 0.004), (palm, 0.01)] {
@@ -418,7 +418,7 @@ fn a_thousand_grasps_leave_every_bit_as_it_was() {
         robot.gravity_forces(&mut out).unwrap();
         let mut space = TaskSpace::new(robot, &hands).unwrap();
         out.extend_from_slice(space.compliance(robot).unwrap());
-        // Which pairs collide, and the distances of all pairs including padding.
+        // Record which pairs collide, and the distances of all pairs including padding.
         for a in &ids {
             for b in ids.iter().filter(|b| *b > a) {
                 out.push(f64::from(u8::from(robot.looks_at(*a, *b).unwrap())));
@@ -455,7 +455,8 @@ fn a_thousand_grasps_leave_every_bit_as_it_was() {
         robot.ungrasp(beam).unwrap();
         assert_eq!(robot.object_pose(beam).unwrap(), there, "it stays in the world");
     }
-    // The object stays in the world where it was released; when it returns, everything is unchanged.
+    // The object stays in the world where it was released. When the hand takes it back, everything
+    // is as before.
     robot.put(beam, there).unwrap();
     assert_eq!(all(&mut robot), before);
     // Neither an earlier instance nor a new one from the model is affected.
@@ -542,7 +543,7 @@ fn a_prediction_knows_what_is_held_and_leaves_the_robot_where_it_is() {
     assert!(relative(&forces, &tau) < 2e-3, "{}", relative(&forces, &tau));
     robot.ungrasp(beam).unwrap();
     assert_eq!(go(&mut robot, 1e-3), empty);
-    // Errors change nothing.
+    // An error does not change anything.
     let (mut at, mut v, mut P) = (q.clone(), vec![0.0; nv], vec![0.0; 4 * nv * nv]);
     let bad = vec![-1.0; nv];
     for (density, step) in [(&bad, 1e-3), (&density, -1.0), (&density, f64::NAN)] {

@@ -24,7 +24,7 @@ fn a_beam_in_two_hands_costs_what_was_written_down() {
     let arms = ["left", "right"].map(|a| names(&json["arms"][a]["joints"])).concat();
     let arms = places(&model, &arms);
     let effort = to_v(&model, &at, &numbers(&json["effort"]));
-    // Σ τ² and the largest share of effort, over the joints of both arms.
+    // Compute Σ τ² and the largest share of effort over the joints of both arms.
     let of = |tau: &[f64]| {
         let squares: f64 = arms.iter().map(|(_, v)| tau[*v] * tau[*v]).sum();
         let shares = arms.iter().map(|(_, v)| tau[*v].abs() / effort[*v]);
@@ -49,7 +49,7 @@ fn a_beam_in_two_hands_costs_what_was_written_down() {
     let effort = robot.balance(beam, Balance::Effort, &mut tau).unwrap();
     near(effort.largest_share, 0.2574, 4);
     near(of(&tau).1, 0.2574, 4);
-    // The minimum for any closed loop; no balance may be below it.
+    // This is the minimum over all grasp forces, so no balance may be below it.
     assert!(effort.largest_share > 0.2373);
     near(case["balance"]["least_largest_share"].as_f64().unwrap(), 0.2373, 4);
 

@@ -86,7 +86,8 @@ fn palms_press_a_box_as_hard_as_its_weight_asks() {
             assert!((w.force.x * sign - press).abs() < 2e-6 * press, "{mu}: {} {press}", w.force.x);
             assert!((w.force.z - weight / 2.0).abs() < 1e-5 && w.moment.norm() < 1e-6);
         }
-        // Pressed more than necessary: the wrenches are returned bit-identical.
+        // If the hands press more than necessary, the wrenches are returned unchanged, bit for bit
+        // identical.
         let firm = [1.0, -1.0].map(|s| push([s * 1.01 * press, 0.0, weight / 2.0]));
         assert_eq!(
             robot.grip(object, &firm, &grips).unwrap(),
@@ -106,7 +107,7 @@ fn what_cannot_be_held_is_told_with_what_is_missing() {
     let told = robot.grip(object, &wanted, &grips).unwrap();
     assert!((told.shortfall - 0.25 * press).abs() < 1e-6 * press, "{} {press}", told.shortfall);
     assert!((told.wrenches[0].force.x - 0.75 * press).abs() < 1e-5 * press);
-    // Palms that both press upward cannot hold sideways.
+    // Two palms that press upward cannot hold a box sideways.
     let up = [hold(Vec3::z(), mu, 0.02, f64::INFINITY); 2];
     let told = robot.grip(object, &[push([0.0, 0.0, -weight / 2.0]); 2], &up).unwrap();
     assert!(told.shortfall > 0.0, "{told:?}");

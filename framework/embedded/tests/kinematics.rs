@@ -130,7 +130,7 @@ fn zoo() -> Builder {
 
 #[test]
 fn gradients_of_manipulability_are_differences_for_every_hinge() {
-    // All hinges; also a chain with fewer columns than rows.
+    // Test chains with all kinds of hinges, and a chain with fewer columns than rows.
     for (base, tip) in [("world", "b5"), ("b0", "b5"), ("b2", "b4"), ("world", "b1")] {
         let spec = ModelSpec {
             mechanism: zoo(),
@@ -189,7 +189,7 @@ fn ellipsoids_bound_what_rates_and_torques_do() {
             assert!((m.force(&u) * m.singular_values[i] - 1.0).abs() < 1e-9);
         }
         let u = [rng.unit(), rng.unit(), rng.unit()];
-        // Power: a force along u times the speed along u is at most the product of the axes.
+        // The product of a force along u and the speed along u is at most the product of the axes.
         assert!(m.velocity(&u) * m.force(&u) <= 1.0 + 1e-12);
         assert!(m.velocity(&u) >= m.singular_values[2] - 1e-12);
         assert!(m.velocity(&u) <= m.singular_values[0] + 1e-12);
@@ -255,7 +255,7 @@ fn mistakes_are_told_with_place_and_remedy() {
     assert!(refused.to_string().contains("help: the length must be positive"));
     let other = RobotModel::new(&spec(vec![])).unwrap();
     assert_eq!(Robot::new(&other).tip_pose(gripper), Err(RobotError::ForeignHandle));
-    // Loops are not silently ignored.
+    // A loop is an error; it is not ignored silently.
     let mut looped = spec(vec![]);
     let closure = multibody::LoopClosure {
         name: "ring".into(),

@@ -92,7 +92,7 @@ fn forces_are_those_of_the_whole() {
     for k in 0..20 {
         let mut numbers = |_| (0..nv + n).map(|_| rng.within(-1.0, 1.0)).collect::<Vec<f64>>();
         let [q, v, vdot] = [0, 1, 2].map(&mut numbers);
-        // Each dof has one number in q here.
+        // Each dof has one coordinate in q here.
         let merged = |x: &[f64]| order.iter().map(|i| x[*i]).collect::<Vec<f64>>();
         robot.set_q(&q[..nv]).unwrap();
         robot.set_object_q(tool, &q[nv..]).unwrap();
@@ -107,7 +107,7 @@ fn forces_are_those_of_the_whole() {
         let (rv, ra) = ((&v[..nv], &vdot[..nv]), (&v[nv..], &vdot[nv..]));
         robot.feed_forward_with_object(rv, tool, ra, &[], &mut tau, &mut forces).unwrap();
         worst = worst.max(difference(&merged(&[&tau[..], &forces].concat()), &theirs));
-        // All calls give the same result if its joints are at rest.
+        // If the joints of the object are at rest, the other calls give the same result.
         let still = [&v[..nv], &[0.0; 3]].concat();
         let rest = [&vdot[..nv], &[0.0; 3]].concat();
         inverse_dynamics(&tree, &mut ws, &merged(&q), &merged(&still), &merged(&rest), &mut theirs);
@@ -129,7 +129,7 @@ fn forces_are_those_of_the_whole() {
                 worst = worst.max((ours - whole_M[i * size + j]).abs());
             }
         }
-        // Poses of its bodies.
+        // Compare the poses of all bodies.
         for b in whole.bodies().iter() {
             if let Some(id) = model.object_body(tool, b.name()) {
                 let X = ws.body_pose(&tree, whole.body(b.name()).unwrap());
@@ -183,7 +183,7 @@ fn a_thousand_grasps_leave_no_trace() {
     assert_eq!(bits(&mut robot), bits(&mut with_brick));
     robot.ungrasp(brick).unwrap();
     assert_eq!(bits(&mut robot), bits(&mut fresh.clone()));
-    // Its joints and its pose stay as set.
+    // The joints and the pose of the object stay as they were set.
     assert_eq!(robot.object_q(tool).unwrap()[1..], [0.1, -0.3]);
     assert_eq!(robot.object_q(brick).unwrap(), [0.0; 0]);
 }
@@ -221,7 +221,7 @@ fn trimmers_weigh_what_the_reference_says() {
     robot.set_q(&to_q(&model, &places, &numbers(&expect["q"]))).unwrap();
     let bare = robot.center_of_mass();
     robot.grasp(left, tool, Grasp::At(pose(&numbers(&pin["a_in_tip"])))).unwrap();
-    // Over the wire with open jaws, with its centre of mass as specified.
+    // Place the tool over the wire with open jaws, and compare its centre of mass.
     robot.set_object_q(tool, &[0.5]).unwrap();
     let whole = robot.center_of_mass();
     let own = (whole.1 * whole.0 - bare.1 * bare.0) / (whole.0 - bare.0);
@@ -241,14 +241,15 @@ fn trimmers_weigh_what_the_reference_says() {
     });
     let opened = (shut.rotation.inverse() * beyond.rotation).scaled_axis();
     assert!((opened - Vec3::y() * 0.95).norm() < 1e-12, "{opened}");
-    // The force of the fingers on the handle is internal to the hand: it acts on the pin, and through it on the blade.
+    // The force of the fingers on the handle is internal to the hand. It acts on the pin, and through the pin on the
+    // blade.
     let number = |k: &str| expect[k].as_f64().unwrap();
     robot.set_object_q(tool, &[0.0]).unwrap();
     let X_b = robot.object_body_pose(tool, handle).unwrap();
     let mut J = [0.0; 6];
     robot.object_jacobian(tool, handle, &mut J).unwrap();
     let [w, v] = [0, 3].map(|k| Vec3::new(J[k], J[k + 1], J[k + 2]));
-    // Moment of a force perpendicular to the handle at this distance from the pin.
+    // Compute the moment about the pin of a force perpendicular to the handle at this distance.
     let at_pin = |z: f64, force: f64| {
         let r = X_b.rotation * Vec3::new(0.0, 0.0, z);
         (v + w.cross(&r)).dot(&(X_b.rotation * Vec3::x() * force))
@@ -257,7 +258,7 @@ fn trimmers_weigh_what_the_reference_says() {
     assert!((grip - number("pin_torque_of_grip")).abs() < 1e-12, "{grip}");
     let blade = at_pin(lever, number("force_at_blade"));
     assert!((blade - grip).abs() < 1e-10, "{blade}");
-    // The finger presses on the handle and back on the hand that carries it: at one point, so the arm torques are zero.
+    // The finger presses on the handle and back on the hand at the same point, so the arm torques are zero.
     let [mut gripping, mut still] = [vec![0.0; model.nv()], vec![0.0; model.nv()]];
     let on_handle = X_b.transform_point(&Vec3::new(0.0, 0.0, -number("handle_lever")));
     let p = robot.tip_pose(left).unwrap().inverse().transform_point(&on_handle);
@@ -290,7 +291,7 @@ fn trimmers_weigh_what_the_reference_says() {
         assert!(off < 1e-8, "{key}: {off:e}");
         let pin = expect[format!("pin_gravity_{key}")].as_f64().unwrap();
         assert!((at_pin[0] - pin).abs() < 1e-8 * pin.abs(), "{key}: {} {pin}", at_pin[0]);
-        // Equal to the result of any other call.
+        // `gravity_forces` gives the same result.
         let mut still = vec![0.0; nv];
         robot.gravity_forces(&mut still).unwrap();
         assert_eq!(still, tau);
@@ -361,12 +362,13 @@ fn filters_follow_and_bodies_collide_where_they_are() {
     assert_eq!(met(&robot, "bolt"), ["end", "upper", "wall"]);
     robot.ungrasp(bolt).unwrap();
     robot.put(bolt, at(4.0)).unwrap();
-    // The end is where geometry predicts it: hand at 1 m, pliers at 1.1, jaw at 1.3, end at 1.5.
+    // The end is where geometry predicts it: the hand is at 1 m, the pliers at 1.1, the jaw at 1.3
+    // and the end at 1.5.
     let q = [0.0; 3];
     let far = robot.distance(&q, id("end"), id("wall")).unwrap().unwrap();
     assert!((far.distance - (6.6 - 0.06)).abs() < 1e-12, "{far:?}");
     assert!(!robot.collides(&q).unwrap());
-    // Folded back twice: 1.3 − 0.2 − 0.1 = 1.0; the hand's sphere is at 1.05.
+    // The linkage is folded back twice: 1.3 − 0.2 − 0.1 = 1.0. The sphere of the hand is at 1.05.
     robot.set_object_q(pliers, &[3.1, 0.0]).unwrap();
     let hit = robot.first_hit(&q).unwrap();
     assert_eq!(
@@ -375,7 +377,8 @@ fn filters_follow_and_bodies_collide_where_they_are() {
         "at {:?}",
         robot.distance(&q, id("end"), id("hand"))
     );
-    // The linkage moves along the path with the hand, with its joints at rest: the end hits a bolt next to the arm's swing.
+    // Along a path, the linkage moves with the hand, with its joints at rest. The end hits a bolt next to the arm's
+    // swing.
     robot.set_object_q(pliers, &[0.0, 0.0]).unwrap();
     robot.put(bolt, Pose::translation(0.0, 1.6, 0.0)).unwrap();
     let path = robot.path_free(&[0.0; 3], &[3.0, 0.0, 0.0], 1e-3).unwrap();
@@ -384,7 +387,7 @@ fn filters_follow_and_bodies_collide_where_they_are() {
     assert!((3.0 * part - 1.57).abs() < 0.1, "{part}");
     robot.put(bolt, Pose::translation(0.0, 1.7, 0.0)).unwrap();
     assert_eq!(robot.path_free(&[0.0; 3], &[3.0, 0.0, 0.0], 1e-3).unwrap(), Path::Free);
-    // Only the hand rotates: the distance from the end to the hand matters, not the distance of the pliers.
+    // Only the hand rotates, so the distance of the end from the hand matters.
     let (sin, cos) = 0.15_f64.sin_cos();
     robot.put(bolt, Pose::translation(1.0 + 0.6 * cos, 0.6 * sin, 0.0)).unwrap();
     let path = robot.path_free(&[0.0; 3], &[0.0, 0.0, 2.0], 1e-3).unwrap();
@@ -392,7 +395,7 @@ fn filters_follow_and_bodies_collide_where_they_are() {
     robot.ungrasp(pliers).unwrap();
     assert_eq!(all.map(|n| met(&robot, n)), before);
     assert_eq!(all.map(|n| met(&free, n)), before, "another instance has noticed nothing");
-    // They stay where they were released, and follow no arm.
+    // After the release, the bodies of the linkage stay in the world and follow no arm.
     let there = robot.object_body_pose(pliers, model.object_body(pliers, "end").unwrap()).unwrap();
     robot.set_q(&[1.0; 3]).unwrap();
     assert_eq!(

@@ -42,7 +42,8 @@ fn grows(what: &str, n: usize, make: impl Fn(usize)) {
     });
     let (bytes, blocks) = (more / bytes, many / blocks);
     println!("{what}, {n} to {}: {bytes:.2} times the bytes, {blocks:.2} times the blocks", 4 * n);
-    // Lists that grow by doubling, and tree paths, may exceed a factor of four.
+    // The growth may exceed a factor of four, because lists double their capacity and paths in
+    // trees get longer.
     assert!(bytes < 5.0 && blocks < 5.0, "{what}: {bytes} {blocks}");
 }
 

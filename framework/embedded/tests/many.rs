@@ -26,7 +26,7 @@ fn scene_of_an_arm() -> Option<(Arc<RobotModel>, Vec<f64>, Vec<bool>)> {
 fn many_are_told_as_one_by_one_in_threads() {
     let Some((model, q, expected)) = scene_of_an_arm() else { return };
     let mut robot = Robot::new(&model);
-    // First far away, then held in the hand.
+    // The bar is far away first, and then in the hand.
     let bar = model.object("bar").unwrap();
     robot.put(bar, Pose::translation(0.0, 0.0, 50.0)).unwrap();
     let mut out = vec![true; 4999];
@@ -95,7 +95,8 @@ fn colliders_of_parts_and_objects_are_padded_and_coarse_together() {
     assert!(own == wanted && own.len() > 5, "{own:?}");
     let held: Vec<ColliderId> = model.colliders_of_object(bar).unwrap().collect();
     assert_eq!(held, [model.collider("bar").unwrap()]);
-    // Between two colliders of the part, both paddings count; between the part and the scene only one.
+    // Between two colliders of the part, both paddings count. Between the part and the scene, only one
+    // counts.
     let mut robot = Robot::new(&model);
     let q = model.multibody().neutral_q();
     let scene = model.colliders().map(|c| c.0).find(|c| !own.contains(c) && !held.contains(c));
@@ -111,7 +112,7 @@ fn colliders_of_parts_and_objects_are_padded_and_coarse_together() {
     let no = robot.pad_all(&own, 5.0).unwrap_err();
     assert!(matches!(no, RobotError::NeverFree { .. }), "{no}");
     assert_eq!(gap(&mut robot, first, last), after[0]);
-    // A pair in which each alone may have this padding, but not both.
+    // With this padding, either collider alone is accepted, but not both.
     let most = (1..400).map(|k| f64::from(k) * 0.01);
     let fits = |p: f64, ids: &[ColliderId]| Robot::new(&model).pad_all(ids, p).is_ok();
     let alone = most.clone().take_while(|p| own.iter().all(|id| fits(*p, &[*id]))).last().unwrap();
@@ -145,7 +146,7 @@ fn one_collider_may_be_coarse() {
     assert!(hits(&mut robot).is_empty());
     robot.set_detail_of(near, Detail::Coarse).unwrap();
     assert_eq!(hits(&mut robot), [(cube.min(near), cube.max(near))]);
-    // The results do not change without a coarse shape. A clone has the same setting.
+    // A collider without a coarse shape gives the same results. A clone has the same setting.
     robot.set_detail_of(cube, Detail::Coarse).unwrap();
     assert_eq!(hits(&mut robot.clone()).len(), 1);
     robot.set_detail(Detail::Coarse);

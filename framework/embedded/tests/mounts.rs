@@ -111,12 +111,12 @@ fn what_is_attached_goes_along_and_loads_what_it_is_attached_to() {
     assert_eq!(robot.mount(brick).unwrap(), Some(mount));
     let nv = model.nv();
     for k in 0..20 {
-        // The arm's three, then the tool's two, as in the whole mechanism.
+        // The coordinates are the arm's three and then the tool's two, as in the whole mechanism.
         let mut numbers = |_| (0..5).map(|_| rng.within(-1.0, 1.0)).collect::<Vec<f64>>();
         let [q, v, vdot] = [0, 1, 2].map(&mut numbers);
         robot.set_q(&q[..nv]).unwrap();
         robot.set_object_q(tool, &q[nv..]).unwrap();
-        // A clone has separate copies of everything.
+        // A clone must have its own copies of everything.
         let mut robot = if k % 2 == 0 { robot.clone() } else { robot.clone().clone() };
         let mut ws = Workspace::new(&tree);
         ws.apply_uniform_gravity(Vec3::new(0.0, 0.0, -9.81));
@@ -137,7 +137,7 @@ fn what_is_attached_goes_along_and_loads_what_it_is_attached_to() {
         mass_matrix(&tree, &mut ws, &mut M_whole);
         assert!(difference(&M, &M_whole) < 1e-12, "{k}");
     }
-    // A new pose of the tool in the hand moves all of them.
+    // A new pose of the tool in the hand moves all attached objects.
     let before = robot.object_pose(chip).unwrap();
     let moved = at.tool * Pose::translation(0.0, 0.1, 0.0);
     let X_WT = robot.tip_pose(arm).unwrap();
@@ -209,7 +209,8 @@ fn what_is_attached_does_not_meet_what_carries_it() {
         assert!(now.iter().all(|p| free.contains(p)), "{now:?}");
         free.iter().filter(|p| !now.contains(p)).cloned().collect::<Vec<_>>()
     };
-    // On the blade: ignores the blade, and tool and slider, which hinges join to it. The chip on the brick ignores the same, and the brick.
+    // The brick on the blade ignores the blade, and also the tool and the slider, which hinges connect to the blade.
+    // The chip on the brick ignores the same bodies and the brick.
     robot.attach(brick, tool, Some(blade), Grasp::At(at.brick)).unwrap();
     assert_eq!(gone(pairs(&robot)), ["tool brick", "blade brick", "slide brick"]);
     robot.attach(chip, brick, None, Grasp::At(at.chip)).unwrap();
@@ -223,12 +224,13 @@ fn what_is_attached_does_not_meet_what_carries_it() {
         "brick chip",
     ];
     assert_eq!(gone(pairs(&robot)), all);
-    // In the hand: the tool is rigid with it; the blade and the objects on it are joined to it, and farther from the arm.
+    // The tool in the hand is rigid with it, so both ignore the same bodies. The blade and the objects on it are
+    // connected to it, so the hand ignores them, too.
     robot.grasp(arm, tool, Grasp::At(at.tool)).unwrap();
     let held = gone(pairs(&robot));
     let more: Vec<&String> = held.iter().filter(|p| !all.contains(&p.as_str())).collect();
     assert_eq!(more, ["a2 tool", "hand tool", "hand blade", "hand brick", "hand chip"]);
-    // The order does not matter.
+    // The order of grasping and attaching does not matter.
     let mut other = Robot::new(&model);
     other.grasp(arm, tool, Grasp::At(at.tool)).unwrap();
     other.attach(chip, brick, None, Grasp::At(at.chip)).unwrap();

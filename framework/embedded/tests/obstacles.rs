@@ -136,7 +136,8 @@ fn they_are_met_as_their_balls_and_cells_would_be() {
         for robot in [&mut live, &mut brute] {
             let object = robot.model().object("thing").unwrap();
             match k {
-                // The cloud is now held; then it has padding; then it is hidden; then one link ignores the map.
+                // From here on, the cloud is held; later it has padding, then it is hidden, and then one link
+                // ignores the map.
                 100 => {
                     robot.grasp(part, object, Grasp::At(Pose::translation(0.3, 0.0, 0.1))).unwrap()
                 }
@@ -177,7 +178,8 @@ fn they_are_met_as_their_balls_and_cells_would_be() {
                     assert_eq!(s, t);
                     paths[1] += 1;
                 }
-                // The bounding sphere of a whole cloud is larger than its spheres; all other results are equal.
+                // The position may differ, because the bounding sphere of a whole cloud is larger than its
+                // spheres. All other results are equal.
                 (Path::Undecided { .. }, Path::Undecided { .. }) => {}
                 (a, b) => panic!("{k}: {a:?} {b:?}"),
             }
@@ -261,7 +263,7 @@ fn a_cloud_on_an_object_goes_with_the_hand() {
     let path = robot.path_free(&[0.0], &[3.0], 1e-3).unwrap();
     let Path::Hit { at, .. } = path else { panic!("{path:?}") };
     assert!((3.0 * at - 1.57).abs() < 0.1);
-    // A swing between two instants without contact: a point of zero size against a thin wall.
+    // The arm swings a point of zero size through a thin wall. Both ends of the swing are free.
     robot.set_points(cloud, &[[0.3, 0.0, 0.0, 0.0]]).unwrap();
     assert!(matches!(robot.path_free(&[0.0], &[3.0], 1e-4).unwrap(), Path::Hit { .. }));
     robot.set_points(cloud, &[[0.2, 0.0, 0.0, 0.0]]).unwrap();

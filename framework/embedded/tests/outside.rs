@@ -54,13 +54,15 @@ fn rates_from_outside_the_limits_lead_back_inside() {
                 assert!(v.abs() <= 2.0 + 1e-9, "{step}: {v}");
                 let farther = beyond(next) - beyond(*q);
                 assert!(farther <= 1e-9, "{step}: from {q} to {next}");
-                // At its full rate, or such that it is inside after the horizon.
+                // The coordinate returns at its full rate, or such that it is inside after the
+                // horizon.
                 let asked = (beyond(*q) / guards.horizon).min(2.0) * dt;
                 assert!(-farther >= asked - 1e-9, "{step}: from {q} to {next}");
                 *q = next;
             }
         }
-        // The distance decreases by a fifth per step, so it is gone after 300.
+        // The distance outside of the limits decreases by a fifth per step, so it has vanished
+        // after 300 steps.
         assert!(q.iter().all(|q| q.abs() <= MOST + 1e-9), "{q:?}");
     }
 }
@@ -75,7 +77,8 @@ fn forces_from_outside_the_limits_lead_back_inside() {
     let (mut q, mut v, dt) = (OUTSIDE, [0.0; 6], 2e-3);
     for step in 0..2000 {
         robot.set_q(&q).unwrap();
-        // Critically damped, to the nearest point slightly inside.
+        // The commanded acceleration is critically damped and leads to the nearest point slightly
+        // inside.
         let back: Vec<f64> =
             (q.iter().zip(&v)).map(|(q, v)| 25.0 * (q.clamp(-1.4, 1.4) - q) - 10.0 * v).collect();
         let objective = [Objective::new(0, Aim::Posture(&back))];

@@ -140,10 +140,10 @@ fn a_small_problem_by_hand() {
     let x = problem.x();
     assert!(support::difference(x, &[0.5, 1.5, 0.0]) < 1e-8, "{x:?}");
     assert!((met.residual - 1.0).abs() < 1e-8 && met.free == 1);
-    // x and y are determined: a task for another x changes nothing; z is free.
+    // x and y are already determined, so a task for another x changes nothing. z is free.
     problem.level(&[1.0, 0.0, 0.0, 0.0, 0.0, 2.0], &[-3.0, 8.0]).unwrap();
     assert!(support::difference(problem.x(), &[0.5, 1.5, 4.0]) < 1e-8, "{:?}", problem.x());
-    // Bounds that contradict each other.
+    // These bounds contradict each other.
     problem.begin();
     problem.bound(&[1.0, 0.0, 0.0], -1.0);
     problem.bound(&[-1.0, 0.0, 0.0], 0.5);
@@ -164,7 +164,7 @@ fn the_same_bits_without_allocation() {
             // Rows that already exist do not reduce the freedom.
             assert_eq!(problem.level(&A[5..], &b[..2]).unwrap().free, 2);
             kept.copy_from_slice(problem.x());
-            // No x makes zero less than −1.
+            // No x can make zero less than −1.
             problem.bound(&[0.0; 5], -1.0);
             problem.level(&A, &b).unwrap_err();
         }

@@ -79,7 +79,8 @@ fn rows_of_the_benchmarks_are_those_of_their_seeds() {
             let (target, start) = (draw(&mut rng), draw(&mut rng));
             assert!(difference(&row[..n], &target) < 1e-12, "{name} far {k}");
             assert!(difference(&row[n..2 * n], &start) < 1e-12, "{name} far {k}");
-            // The pose equals the tip's; the file's numbers are exact to 1e-10.
+            // The pose must equal the pose of the tip. The numbers in the file have an accuracy of
+            // 1e-10.
             let (p, R) = off(&model, &json, &target, &pose(&row[2 * n..]));
             assert!(p < 1e-10 && R < 1e-10, "{name} far {k}: {p:e} {R:e}");
         }
@@ -114,8 +115,8 @@ fn out_of_reach_is_answered_with_the_nearest() {
                 .inverse_kinematics(arm, &goal, Frame::Base, &Effort::default(), &mut q)
                 .unwrap();
             assert_eq!(answer.outcome, Outcome::Nearest);
-            // Link lengths prove that every start fails, so only a quarter of the starts is used (otherwise some 640 evaluations). The result with
-            // four times as many starts, the usual number, is hardly better.
+            // Link lengths prove that every start fails, so only a quarter of the starts is used; otherwise there would
+            // be some 640 evaluations. Four times as many starts, the usual number, would hardly improve the result.
             assert!(answer.kinematics < 350, "{}", answer.kinematics);
             let whole = Effort { restarts: 4 * Effort::default().restarts, ..Effort::default() };
             let mut other = vec![0.0; model.nq()];
@@ -124,13 +125,13 @@ fn out_of_reach_is_answered_with_the_nearest() {
             let [few, all] = [&answer, &all]
                 .map(|a| a.residual.position.powi(2) + a.residual.orientation.powi(2));
             costs.push([few, all]);
-            // The residual belongs to q, and is at least the geometric distance.
+            // The residual must be the residual at q, and at least the geometric distance.
             let (p, R) = off(&model, &json, &q, &X);
             assert!((p - answer.residual.position).abs() < 1e-9, "{p}");
             assert!((R - answer.residual.orientation).abs() < 1e-7, "{R}");
             let least = (X.position - Vec3::from_column_slice(&centre)).norm() - radius;
             assert!(p > least - 1e-9 && within(&json, &q), "{p} {least}");
-            // A minimum: no small motion within limits is nearer.
+            // The result is a minimum: no small motion within the limits brings the tip nearer.
             let cost = |q: &[f64]| {
                 let (p, R) = off(&model, &json, q, &X);
                 p * p + R * R
@@ -150,7 +151,7 @@ fn out_of_reach_is_answered_with_the_nearest() {
         }
         let mean =
             |k: usize| costs.iter().map(|c: &[f64; 2]| c[k]).sum::<f64>() / costs.len() as f64;
-        // Measured with 60 starts: 0.35 and 0.01 % more.
+        // Measured with 60 starts: the mean is larger by 0.35 and 0.01 %.
         assert!(mean(0) < 1.01 * mean(1), "{name}: {} {}", mean(0), mean(1));
     }
 }
@@ -209,7 +210,8 @@ fn centring_finds_the_least_of_the_known_minima() {
         let (p, R) = off(&model, &json, &q, &X);
         assert!(p < 2e-9 && R < 2e-9 && within(&json, &q), "{p:e} {R:e}");
         assert!((best.cost - cost).abs() < 1e-12);
-        // In one row the reference missed a better minimum, which the lines above check.
+        // In one row, the reference did not find a better minimum, which the lines above have
+        // checked.
         assert!(cost <= 1.001 * least, "{cost} against {least}");
     }
 }
@@ -362,7 +364,7 @@ fn manipulability_rises_along_the_null_space() {
         let (before, after) = (w(&plain), w(&liked));
         assert!((best.cost + after.ln()).abs() < 1e-9);
         assert!(after >= before * (1.0 - 1e-9), "{before} {after}");
-        // A minimum: the gradient along the null space is zero, or a limit is active.
+        // The result is a minimum: the gradient along the null space is zero, or a limit is active.
         robot.set_q(&liked).unwrap();
         let (mut g, mut J) = (vec![0.0; n], vec![0.0; 6 * n]);
         robot.manipulability(arm, rows, Some(&mut g)).unwrap();
@@ -409,7 +411,8 @@ fn a_part_moves_alone_and_its_goal_may_be_in_the_world() {
     robot.set_q(&q).unwrap();
     let (p, R) = apart(&robot.tip_pose(left).unwrap(), &there);
     assert!(p < 2e-9 && R < 2e-9);
-    // Only the position; two neck joints reach a direction only partly, and the result reports this.
+    // Request the position only. Two neck joints cannot reach every direction, and the result
+    // reports the residual.
     let answer = robot
         .inverse_kinematics(
             left,

@@ -63,7 +63,7 @@ fn whole(model: &RobotModel, robot: &mut Robot) -> (f64, Vec3, Mat3) {
         }
         let I = robot.composite_inertia(id);
         let p = robot.body_pose(id).position;
-        // Shift from the body's origin to the world's.
+        // Shift the inertia from the body's origin to the origin of the world.
         let cross = |x: &Vec3| x.cross_matrix();
         about += I.inertia()
             - cross(&p) * cross(&I.h())
@@ -94,7 +94,8 @@ fn mass_center_inertia_and_torques_are_those_of_the_reference() {
             let theirs = rows(&state["inertia_about_com"]);
             let mut theirs = Mat3::from_row_slice(&theirs);
             if let Some(link) = model.multibody().body("lbr_iiwa_link_0") {
-                // The file gives this link inertia but zero mass: the reference includes it; Linkwork leaves it out and reports this.
+                // The file gives this link an inertia and zero mass. The reference includes the inertia; Linkwork
+                // leaves it out and reports this.
                 let R = robot.body_pose(link).rotation.to_rotation_matrix().into_inner();
                 let own = Mat3::from_diagonal(&Vec3::new(0.05, 0.06, 0.03));
                 theirs -= R * own * R.transpose();
@@ -117,7 +118,7 @@ fn mass_center_inertia_and_torques_are_those_of_the_reference() {
         }
         println!("mass, centre, inertia, torques of a wrench within {worst:?}");
         assert!(worst[0] < 1e-10 && worst[1] < 1e-10, "{worst:?}");
-        // Torques of the reference are exact to 1e-9 of their size.
+        // The torques of the reference have a relative accuracy of 1e-9.
         assert!(worst[2] < 1e-10 && worst[3] < 1e-9, "{worst:?}");
     }
 }
@@ -147,7 +148,8 @@ fn limits_are_those_of_the_reference() {
         for (k, (_, v)) in at.iter().enumerate() {
             let (_, s) = mbs.subhinges().find(|(_, s)| s.v.contains(v)).unwrap();
             let limits = &s.subhinge.limits;
-            // A joint without limits has no values, or values that every state of the reference is within.
+            // A joint without limits has no limits in the reference, either, or limits that all its states
+            // satisfy.
             if limits.lower.is_finite() {
                 assert_eq!((limits.lower, limits.upper), (lower[k], upper[k]), "{k}");
             }
@@ -229,7 +231,8 @@ fn two_hands_on_a_beam_leave_what_the_reference_says() {
         let theirs = to_v(&model, &at, &numbers(&case["gravity_robot_alone"]));
         let size = theirs.iter().fold(1.0, |m: f64, x| m.max(x.abs()));
         assert!(difference(&tau, &theirs) < 1e-9 * size);
-        // Rows of the closure: motion of the right hand relative to the beam in the left hand, at the right tip.
+        // The rows of the closure are the motion of the right hand relative to the beam in the left hand, at the
+        // right tip.
         let mut J = [vec![0.0; 6 * nv], vec![0.0; 6 * nv]];
         for (h, J) in hands.iter().zip(&mut J) {
             robot.whole_jacobian(*h, J).unwrap();

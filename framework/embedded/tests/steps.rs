@@ -53,7 +53,7 @@ fn answers(robot: &Robot) -> Answers {
         r.jacobian(part, &mut J).unwrap();
         out.insert(format!("{name}: Jacobian"), bits(&J));
     }
-    // Joints outside all parts, such as fingers, by their bodies.
+    // Joints outside of all parts, such as fingers, are listed by body.
     for body in model.multibody().bodies().iter().filter(|b| left.contains(&b.v().start)) {
         let both: Vec<f64> = body.v().flat_map(|i| [rest[i], moving[i]]).collect();
         out.insert(format!("{}: forces", body.name()), bits(&both));
@@ -137,7 +137,7 @@ impl Scene {
         let places = places(&model, &names(&json["dof"]));
         let mut start = to_q(&model, &places, &numbers(&json["expect"][q]));
         for dof in moving.iter().flat_map(|p| model.dofs(model.part(p).unwrap()).unwrap()) {
-            // One number of q for each degree of freedom here.
+            // Each degree of freedom has one coordinate in q here.
             start[*dof] = 0.0;
         }
         assert_eq!(model.nq(), model.nv());
@@ -215,7 +215,7 @@ fn key_and_door() {
         spec.objects = vec![key, thing("frame", 10.0, &[0.0; 3], &[0.1; 3])];
         let half = Vec3::from_column_slice(&h);
         spec.colliders.push(ColliderSpec::new("key", "key", Shape::Box { half }));
-        // The door on its pin in the frame, and in it the cylinder of the lock.
+        // The scene has a frame, in it a door on a pin, and in the door the cylinder of the lock.
         for (name, parent, at) in
             [("door", "frame", None), ("lock", "door", Some("origin_in_door"))]
         {
@@ -229,7 +229,7 @@ fn key_and_door() {
         let p = numbers(&b["door"]["shape_centre"]);
         let leaf = ColliderSpec::new("leaf", "door", Shape::Box { half });
         spec.colliders.push(leaf.at(Pose::translation(p[0], p[1], p[2])));
-        // A key is inserted into its lock.
+        // Ignore this pair, because the key is inserted into the lock.
         spec.rules.ignore.push(["key".into(), "leaf".into()]);
     }) else {
         return;
@@ -257,7 +257,7 @@ fn key_and_door() {
     s.step("approach", &approach, |r| r.set_q(&grasp).unwrap());
     let load = ["arm: forces", "arm: inertia", "key:"];
     s.step("key on the tip", &load, |r| r.grasp(arm, key, Grasp::At(X)).unwrap());
-    // Close the loop onto the lock, and query the remaining freedom and the forces on the lock: nothing changes.
+    // Closing the loop onto the lock and reading its freedom and forces changes nothing.
     s.step("insert", &[], |r| {
         for free in [theta(0.0, 1.0), theta(1.0, 1.0)].map(|t| t.map(|t| t > 0.5)) {
             let onto = Closing::Onto { hand: arm, object: frame, body: lock, free: &free };
@@ -346,11 +346,12 @@ fn drill_hole() {
     let X_battery = pose(&numbers(&bodies["battery"]["pose_in_driver"]));
     let better = pose(&numbers(&s.json["expect"]["estimator_pose_in_tip"]));
     let q = s.q("q");
-    // Both are in the world, where the arm moves.
+    // Both objects are in the world, and the arm moves.
     let far = ["driver: distances", "battery: distances"];
     s.step("reach", &[&LEFT_MOVES[..], &far].concat(), |r| r.set_q(&q).unwrap());
     let load = ["left: forces", "left: inertia"];
-    // Distances of a pair of two objects count for the battery, whose name comes first.
+    // Distances between two objects are listed for the one whose name comes first, here the
+    // battery.
     let takes = [&load[..], &["driver:", "battery: distances"]].concat();
     s.step("grasp the driver", &takes, |r| r.grasp(left, driver, Grasp::At(X)).unwrap());
     // The battery is rigid with the driver from now on, so their pair is ignored.
@@ -440,7 +441,7 @@ fn change_tyre() {
     let nuts: Vec<String> = (0..5).map(|k| format!("nut {k}")).collect();
     let all: Vec<&str> =
         ["tyre", "axle"].into_iter().chain(nuts.iter().map(String::as_str)).collect();
-    // Everything attached to the hub rotates with it, and is detached again.
+    // All objects that are attached to the hub rotate with it. Then they are detached again.
     let turned: Vec<String> = (all.iter().filter(|o| **o != "axle"))
         .map(|o| format!("{o}: place"))
         .chain(["axle: joints".into(), "tyre: distances".into()])
@@ -477,7 +478,8 @@ fn cut_wire() {
         let shape = Shape::Capsule { radius, half_length };
         let at = Pose::translation(p[0], p[1], p[2]);
         spec.colliders.push(ColliderSpec::new("wire", "world", shape).at(at));
-        // Clamped as one object; after the cut it is two objects, each with the mass of its piece of copper.
+        // While it is clamped, the wire is one object. After the cut it is two objects, and each has the
+        // mass of its piece of copper.
         let half_length = 0.5 * half_length;
         let mass = 8960.0 * std::f64::consts::PI * radius * radius * 2.0 * half_length;
         let across = mass * half_length * half_length / 3.0;
@@ -532,7 +534,8 @@ fn cut_wire() {
             r.put(half, Pose::translation(p[0], p[1], p[2] + side * quarter)).unwrap();
         }
     });
-    // The lower piece drops onto the table; the other hand grasps the upper one, which has mass.
+    // The lower piece of wire drops onto the table. The other hand grasps the upper piece, which
+    // has mass.
     let drops = ["wire near: place", "wire near: distances", "handle_a: distances"];
     let drops = [&drops[..], &["wire far: distances"]].concat();
     let lying = spatial::Quat::from_scaled_axis(Vec3::x() * std::f64::consts::FRAC_PI_2);
@@ -540,7 +543,8 @@ fn cut_wire() {
     let held_at = Vec3::new(p[0], p[1], p[2] + quarter);
     s.step("the near end drops", &drops, |r| r.put(halves[0], on_table).unwrap());
     let right = s.part("right");
-    // Its pose now follows from the hand, with round-off, so distances change by round-off too.
+    // The pose of the piece now follows from the hand with round-off, so distances change by
+    // round-off, too.
     let takes = ["right: forces", "right: inertia", "wire far:", "handle_a: distances"];
     s.step("the far end is taken", &takes, |r| r.grasp(right, halves[1], Grasp::Here).unwrap());
     let there = s.robot.object_pose(halves[1]).unwrap().position;
@@ -562,7 +566,7 @@ fn cut_wire() {
 #[test]
 fn push_button() {
     let Some(mut s) = Scene::new("push_button", "q_touch", &["left"], |b, spec| {
-        // A button on its slider in a panel whose face is 10 mm behind the button's face.
+        // The button slides in a panel whose face is 10 mm behind the face of the button.
         let (button, half) = (&b["button"], Vec3::new(0.01, 0.01, 0.01));
         let limits = numbers(&button["limits"]);
         let hinge = Hinge::slider(Vec3::from_column_slice(&numbers(&button["axis"])))
@@ -583,7 +587,8 @@ fn push_button() {
     let face = Vec3::from_column_slice(&numbers(&s.json["bodies"]["button"]["face"]));
     let travel = number(&s.json["bodies"]["button"], "travel");
     let [button, plate, finger] = ["button", "panel", "left_finger_a"].map(|c| s.collider(c));
-    // One finger points: closed to the middle of the hand, next to the other.
+    // Close one finger to the middle of the hand, so that it points forward next to the other
+    // finger.
     let at_finger = s.model.coordinate("left_finger_a_joint").unwrap().0;
     let [touch, press] = ["q_touch", "q_press"].map(|k| {
         let mut q = s.q(k);
@@ -602,7 +607,8 @@ fn push_button() {
         let ahead = spatial::Motion::new(Vec3::zeros(), Vec3::x());
         r.rates(left, &ahead, &mut v).unwrap();
     });
-    // The hand starts 50 mm in front of it and moves by the free distance until that is zero; `clearance` guards.
+    // The hand starts 50 mm in front of the button and advances by the free distance until this distance is zero.
+    // `clearance` monitors it.
     let X = s.robot.tip_pose(left).unwrap();
     let before = |x: f64| Pose::new(X.rotation, X.position - Vec3::x() * x);
     let to = |r: &mut Robot, X: Pose| {
@@ -659,7 +665,7 @@ fn push_button() {
         assert_eq!(hits(&s.robot, &press), []);
         assert!(!s.robot.clone().collides(&press).unwrap());
     }
-    // At 10 mm too deep it is in the panel, and so is the other finger.
+    // At a depth of 10 mm too much, the finger is inside of the panel, and so is the other finger.
     let other = s.collider("left_finger_b");
     let too_deep = to(&mut s.robot.clone(), before(-travel - 0.01));
     let both = [pair(finger, plate), pair(other, plate)];

@@ -159,7 +159,7 @@ fn drill_hole() {
     robot.attach(battery, driver, None, Grasp::At(X_battery)).unwrap();
     robot.gravity_forces(&mut tau).unwrap();
     task.forces("gravity_driver_and_battery", &tau);
-    // Thrust along the bit and the reaction torque, at the bit's tip.
+    // Thrust along the bit and the reaction torque act at the tip of the bit.
     let p_bit = X_driver
         .transform_point(&Vec3::from_column_slice(&numbers(&bodies["driver"]["bit_in_driver"])));
     let X = robot.tip_pose(left).unwrap();
@@ -183,7 +183,8 @@ fn drill_hole() {
     untouched.set_q(&task.q("q")).unwrap();
     untouched.gravity_forces(&mut tau).unwrap();
     assert_eq!(tau, bare, "another instance has noticed nothing");
-    // Manipulability of the tip along the bit without rotation, and force capability along it.
+    // Compare the manipulability of the tip along the bit without rotation, and the force
+    // capability along it.
     let m = robot.manipulability(left, Rows::All { length: 1.0 }, None).unwrap();
     let along = [0.0, 0.0, 0.0, axis.x, axis.y, axis.z];
     task.near("velocity_manipulability_along_bit", m.velocity(&along));
@@ -248,12 +249,13 @@ fn change_tyre() {
     task.forces("balanced_by_effort", &tau);
     task.near("largest_share_balanced", found.largest_share);
     assert!((share(&tau) - found.largest_share).abs() < 1e-12);
-    // The second hand closes six rows.
+    // The grasp of the second hand adds six constraint rows.
     let count = |key: &str| task.expect(key).as_u64().unwrap() as usize;
     let closure = robot.closure(Closing::Hands(tyre)).unwrap();
     let theirs = ["closure_rows", "closure_rank", "arms_mobility"].map(count);
     assert_eq!([closure.rows, closure.rank, closure.mobility], theirs);
-    // The least squeeze of a friction grip, starting from hands that each carry half of the weight and do not press.
+    // Find the least squeeze of a friction grip. Start from hands that carry half of the weight each and do not
+    // press.
     let force = task.number("least_squeeze_force_per_hand");
     let half = Force::new(Vec3::zeros(), Vec3::z() * (0.5 * mass(tyre_body) * 9.81));
     let towards = |from: Part, to: Part, robot: &mut Robot| {
@@ -271,10 +273,11 @@ fn change_tyre() {
         let press = w.force.dot(&(tip.rotation * line).normalize());
         assert!((press / force - 1.0).abs() < 1e-5, "{press} {force}");
     }
-    // Hands that may press by a newton less cannot hold it.
+    // Hands whose force is limited to a newton less cannot hold the tyre.
     let weak = robot.grip(tyre, &[half; 2], &friction(force - 1.0)).unwrap();
     assert!(weak.shortfall > 0.1, "{weak:?}");
-    // A feasible grip is returned bit-identical: the least force lies between two values that differ by 2e-8 of it.
+    // A feasible grip is returned unchanged, so the least force lies between two values that differ by a fraction
+    // of 2e-8.
     for (share, holds) in [(1.0 + 1e-8, true), (1.0 - 1e-8, false)] {
         let mut given = [half; 2];
         for (w, (line, tip)) in given.iter_mut().zip(lines.iter().zip(&tips)) {
@@ -295,11 +298,11 @@ fn change_tyre() {
     robot.gravity_forces(&mut tau).unwrap();
     task.forces("gravity_after_mounting", &tau);
     assert_eq!(tau, bare, "bit for bit");
-    // Mounted: at the hub, which has its studs about its axis.
+    // Mount the tyre: put the hub, with the studs around its axis, into the world.
     let axle = model.object("axle").unwrap();
     let hub = pose(&numbers(&task.json["bodies"]["hub"]["pose"]));
     robot.put(axle, hub).unwrap();
-    // Welded to the hub, where both hands released it.
+    // Attach the tyre to the hub at the place where both hands released it.
     let on_hub = model.object_body(axle, "hub").unwrap();
     robot.attach(tyre, axle, Some(on_hub), Grasp::Here).unwrap();
     let X = robot.mount(tyre).unwrap().unwrap().pose;
@@ -314,7 +317,7 @@ fn change_tyre() {
     for ((k, p), &nut) in theirs.iter().enumerate().zip(&nuts) {
         let stud = model.object_body(axle, &format!("stud {k}")).unwrap();
         let there = robot.object_body_pose(axle, stud).unwrap();
-        // The hand brings it there, and releases it to the hub.
+        // The hand brings the nut to the stud and releases it there.
         let tip = robot.tip_pose(left).unwrap();
         robot.grasp(left, nut, Grasp::At(tip.inverse() * there)).unwrap();
         robot.ungrasp(nut).unwrap();
@@ -419,7 +422,8 @@ fn key_and_door() {
     }
     robot.set_q(&task.q("q_grasp")).unwrap();
     robot.grasp(arm, key, Grasp::At(X)).unwrap();
-    // The key in the lock closes six rows: the lock rotates, and so does the door once it is free.
+    // The key in the lock adds six rows: the lock rotates, and so does the door after it is
+    // unlocked.
     let lock = model.object_body(frame, "lock").unwrap();
     let [at_door, at_lock] = ["door", "lock"].map(|b| joint(&model, frame, b));
     let kept = [0, 1].map(|k| k == at_lock);
@@ -447,7 +451,7 @@ fn key_and_door() {
         let (p, R) = apart(&in_lock(&mut robot), &as_put);
         assert!(p < 1e-10 && R < 1e-10, "{q}: {p:e} {R:e}");
     }
-    // A moment about its axis balances the friction of the lock while it rotates.
+    // A moment about the axis of the lock balances its friction while it rotates.
     theta[at_door] = 0.0;
     robot.set_q(&task.q("q_turned")).unwrap();
     robot.set_object_q(frame, &theta).unwrap();
@@ -457,7 +461,8 @@ fn key_and_door() {
     let turn = Push::new(arm, w * (friction / w.norm_squared()), Vec3::zeros());
     robot.held_still(&[turn], &mut tau).unwrap();
     task.forces("feed_forward_turning", &tau);
-    // Closer and friction of the door while it opens: the least force at the tip, perpendicular to the line to the pin.
+    // Compute the forces of the door closer and of friction while the door opens, and the least force at the tip, which
+    // is perpendicular to the line to the pin.
     theta[at_door] = -30.0_f64.to_radians();
     robot.set_q(&task.q("q_opened")).unwrap();
     robot.set_object_q(frame, &theta).unwrap();
@@ -470,7 +475,7 @@ fn key_and_door() {
     task.near("force_norm", force.norm());
     robot.held_still(&[Push::new(arm, Vec3::zeros(), force)], &mut tau).unwrap();
     task.forces("feed_forward_opening", &tau);
-    // The key stays in the lock, and the arm is free.
+    // The key stays in the lock after the hand has released it, so the arm has no load.
     robot.ungrasp(key).unwrap();
     robot.gravity_forces(&mut tau).unwrap();
     task.forces("after_ungrasp_gravity", &tau);
@@ -479,7 +484,8 @@ fn key_and_door() {
     let mut theirs = vec![0.0; model.nv()];
     bare.gravity_forces(&mut theirs).unwrap();
     assert_eq!(tau, theirs, "bit for bit");
-    // Left in the lock: however arm, door and lock move afterwards, the key stays in it.
+    // After it is attached to the lock, the key stays in the lock for all poses of arm, door and
+    // lock.
     robot.attach(key, frame, Some(lock), Grasp::Here).unwrap();
     robot.set_q(&task.q("q_grasp")).unwrap();
     robot.set_object_q(frame, &[0.0; 2]).unwrap();
@@ -514,7 +520,8 @@ fn push_button() {
         meets(&mut robot, left, &at(pose), &task.q("q_touch"));
     }
     let of = |k: &str| b[k].as_f64().unwrap();
-    // The button moves along with the tip on its face: its depth, and the spring's force with friction while it is pressed.
+    // The button moves along with the tip on its face. Compute its depth, and the force of its spring with friction
+    // while it is pressed.
     let axis = vec3(&b["axis"]);
     let pressed = |x: f64, robot: &mut Robot| {
         let mut q = task.q("q_touch");
@@ -541,7 +548,7 @@ fn push_button() {
     let mut tau = vec![0.0; model.nv()];
     robot.held_still(&[Push::new(left, Vec3::zeros(), along * stop)], &mut tau).unwrap();
     task.forces("feed_forward_press", &tau);
-    // 2 mm further: the smallest step of the joints.
+    // Press 2 mm further with the smallest step of the joints.
     robot.set_q(&task.q("q_touch")).unwrap();
     let mut v = vec![0.0; model.nv()];
     let step = Motion::new(Vec3::zeros(), axis * 0.002);

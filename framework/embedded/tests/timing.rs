@@ -147,7 +147,8 @@ fn limits_hold_everywhere_and_one_of_them_is_always_reached() {
             "round {round} held {held}: {took:.4} s, at most {most}, slack at {slack:.4} of the times, rates off by {off:.1e}"
         );
         assert!(most <= 1.0 + 1e-9, "{most}");
-        // Largest slack where one limit takes over from another within a section. Measured: at most 0.006.
+        // The slack is largest where one limit takes over from another within a section. Measured: at most
+        // 0.006.
         assert!(slack < 0.01, "{slack}");
         assert!(off < 1e-4, "{off}");
     }
@@ -175,7 +176,8 @@ fn times_scale_as_they_must() {
     let times = [75, 150, 300, 600, 1200].map(|n| plan(&with_effort, n));
     println!("{times:?}");
     assert!(times[4] > one, "forces are limits, too");
-    // The error from above is proportional to a section's length, so differences halve.
+    // The duration is too long by an error that is proportional to the length of a section, so
+    // successive differences halve.
     let steps: Vec<f64> = times.windows(2).map(|t| t[0] - t[1]).collect();
     assert!(
         steps[3] > 0.0 && steps[3] < 0.65 * steps[2] && steps[2] < 0.65 * steps[1],
@@ -244,7 +246,7 @@ fn what_is_impossible_is_told_with_what_would_do() {
     let weak = limits(&model, 1.0, 10.0, 0.8 * MASS * 9.81);
     let told = timing.plan(&mut robot, &[0.0, 1.0], &weak, 0.0).unwrap();
     let Timed::Infeasible { part, share } = told else { panic!("{told:?}") };
-    // At rest at the end the load must still be supported.
+    // The motion ends at rest, but the load must still be supported there.
     assert!(part > 0.98 && (share - 1.25).abs() < 1e-9, "{part} {share}");
     assert_eq!(timing.duration(), 0.0);
 
@@ -334,7 +336,7 @@ fn bad_input_is_refused() {
     let free = MotionLimits::of(&model);
     let none = MotionLimits { rate: free.jerk.clone(), effort: free.jerk.clone(), ..free };
     assert!(say(&two, &none, 0.0).contains("speed"));
-    // A floating body stays where it is.
+    // The coordinates of a floating body do not change.
     let mut mechanism = Builder::new();
     let mass = MassProperties::new(1.0, Vec3::zeros(), Mat3::identity());
     mechanism.body(BodySpec::new("b", "world").hinge(Hinge::free()).mass(mass));

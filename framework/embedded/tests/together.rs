@@ -73,7 +73,7 @@ fn two_arms_with_one_waist_reach_two_poses_as_the_floor_below_does() {
     let [left, right] = ["left", "right"].map(|p| model.part(p).unwrap());
     let mut robot = Robot::new(&model);
     let mut search = WholeBodyIk::new(&robot, 2);
-    // The dynamics layer's solver, on the same mechanism with tips as nodes.
+    // Compare with the solver of `linkwork_dynamics` for the same mechanism, whose tips are nodes.
     let mbs = model.multibody();
     let tree = Tree::new(mbs);
     let nodes = ["tip of part left", "tip of part right"].map(|n| mbs.node(n).unwrap());
@@ -127,7 +127,7 @@ fn a_hand_is_moved_as_the_other_sees_it() {
         let (p, R) = apart(&(Y[0].inverse() * Y[1]), &apart_wanted);
         assert!(p <= 2e-9 && R <= 2e-9, "{p:e} {R:e}");
         assert!((Y[0].position - X[0].position).norm() <= 2e-9);
-        // Includes the head, which may not reach its goal.
+        // The third goal is for the head, which may not reach it.
         let answer = search.solve(&robot, &goals, &Effort::default(), &mut q).unwrap();
         let Y = tips(&mut robot, &q, &[left, right, neck]);
         let look = (Y[1].position - Y[2].position).normalize();
@@ -139,7 +139,8 @@ fn a_hand_is_moved_as_the_other_sees_it() {
             search.residuals().iter().all(|r| r.position <= 1e-9 && r.orientation <= 1e-9)
         );
     }
-    // Kept degrees of freedom stay; a goal in the base moves with its carrier.
+    // Degrees of freedom that are kept do not move. A goal relative to the base of the part moves
+    // with that base.
     search.keep(&waist).unwrap();
     let start = inside(&model, 3);
     robot.set_q(&start).unwrap();
@@ -155,7 +156,7 @@ fn a_hand_is_moved_as_the_other_sees_it() {
     assert!(waist.iter().all(|d| q[*d] == start[*d]));
     let right_arm = model.dofs(right).unwrap();
     assert!(right_arm.iter().all(|d| q[*d] == start[*d]), "nothing asked it to move");
-    // Compare with the chain alone.
+    // The inverse kinematics of the chain alone must reach the same goal.
     let mut alone = start.clone();
     robot.inverse_kinematics(left, &near, Frame::Base, &Effort::default(), &mut alone).unwrap();
     robot.set_q(&alone).unwrap();
@@ -164,7 +165,7 @@ fn a_hand_is_moved_as_the_other_sees_it() {
         &near_pose(&near),
     );
     assert!(p <= 2e-9 && R <= 2e-9);
-    // Also relative to a hand at rest.
+    // The chain alone also reaches a goal relative to a hand at rest.
     let seen = tips(&mut robot, &start, &[right])[0].inverse() * X;
     let mut alone = start.iter().map(|x| x * 0.97).collect::<Vec<f64>>();
     for d in waist.iter().chain(right_arm) {
@@ -234,7 +235,8 @@ fn what_two_hands_hold_stays_held() {
             _ => {
                 nearest += 1;
                 assert!((p - answer.residual.position).abs() < 1e-12);
-                // A minimum among closed configurations: a small motion that keeps both hands closed does not come nearer.
+                // The result is a minimum among closed configurations: a small motion that keeps both hands closed does
+                // not come nearer.
                 let cost = |q: &[f64], robot: &mut Robot| {
                     let (p, R) = apart(&tips(robot, q, &[left])[0], &near_pose(&goal));
                     p * p + R * R
@@ -282,7 +284,7 @@ fn a_grasp_that_cannot_close_is_told_with_the_least_gap() {
     search.keep(&all).unwrap();
     let wrist = *model.dofs(right).unwrap().last().unwrap();
     search.release(&[wrist]).unwrap();
-    // The left arm is elsewhere: only the wrist may rotate, so the gap stays.
+    // The left arm is elsewhere, and only the wrist may rotate, so the gap cannot be closed.
     let shoulder = model.dofs(left).unwrap()[0];
     q[shoulder] += 0.2;
     let before = q.clone();
@@ -298,7 +300,7 @@ fn a_grasp_that_cannot_close_is_told_with_the_least_gap() {
         (p - position).abs() < 1e-9 && (R - orientation).abs() < 1e-7,
         "{p} {position} {R} {orientation}"
     );
-    // Minimum over the wrist.
+    // Compare with the minimum over the angle of the wrist.
     let off = |x: f64, robot: &mut Robot| {
         let mut q = before.clone();
         q[wrist] = x;
@@ -332,7 +334,7 @@ fn the_same_whatever_was_before_and_in_portions() {
         let mut whole = robot.clone();
         loop {
             let answer = fresh.resume(3, &mut b).unwrap();
-            // Other calls between portions; a clone continues like the original.
+            // Make other calls between portions. A clone continues like the original.
             whole.tip_pose(right).unwrap();
             fresh = fresh.clone();
             if answer.outcome != Outcome::Unfinished {
@@ -380,7 +382,7 @@ fn the_best_of_what_is_met_is_the_same_along_the_null_space() {
         robot.set_q(&own).unwrap();
         last = best.cost;
     }
-    // Farther from singular configurations of the chain.
+    // This objective prefers configurations that are farther from singularities of the chain.
     let w = |robot: &mut Robot, q: &[f64]| {
         robot.set_q(q).unwrap();
         robot.manipulability(left, Rows::All { length: 1.0 }, None).unwrap().w
@@ -439,7 +441,7 @@ fn mistakes_are_refused_and_q_is_left_alone() {
     let mut robot = robot;
     let none = Prefer { centred: 0.0, ..Prefer::centred() };
     assert!(search.best(&mut robot, &[ok], &none, &normal, &mut q).is_err());
-    // A single chain: a frame that moves with it.
+    // A single chain cannot have a goal relative to a frame that moves with the chain.
     let trunk = model.part("trunk").unwrap();
     let told =
         robot.inverse_kinematics(trunk, &ok.goal, Frame::Tip(left), &normal, &mut q).unwrap_err();
@@ -470,7 +472,7 @@ fn no_search_takes_more_steps_than_the_worst_case() {
         let most = effort.worst_case_steps(&goal);
         assert!(answer.kinematics <= most, "{k}: {} of {most}", answer.kinematics);
         share[0] = share[0].max(answer.kinematics as f64 / most as f64);
-        // The whole robot, with empty hands and with the box.
+        // Search with the whole robot, with empty hands and with the box.
         let goals = [TipGoal::new(left, goal), TipGoal::new(right, Goal::pose(X[1]))];
         for (robot, goals) in [(&free, &goals[..]), (&robot, &goals[..1])] {
             let mut q = start.clone();

@@ -32,13 +32,14 @@ fn duration(told: Transferred) -> f64 {
 
 /// The double-S profile of a move from rest to rest, computed by hand.
 fn double_s(d: f64, v: f64, a: f64, j: f64) -> f64 {
-    // Whether the acceleration and rate limits are reached.
+    // Reduce the limits of acceleration and rate to the values that are reached.
     let a = if v * j < a * a { (v * j).sqrt() } else { a };
     let ramp = v / a + a / j;
     if d >= v * ramp {
         return d / v + ramp;
     }
-    // Does not move at the rate limit; reaches the acceleration limit or not.
+    // The motion does not reach its rate limit. It reaches the acceleration limit if the distance
+    // is long enough.
     if d >= 2.0 * a * a * a / (j * j) {
         return a / j + ((a / j) * (a / j) + 4.0 * d / a).sqrt();
     }
@@ -117,7 +118,8 @@ fn between_random_states_limits_are_kept_and_ends_are_met() {
             } else {
                 let h = took / TIMES as f64;
                 for k in 0..N {
-                    // Between the rows of a cubic: the mean of the rates, within the effect of the jerk.
+                    // The mean rate between two rows must equal the mean of their rates, within the
+                    // effect of the jerk.
                     let mean = (q[k] - last.0[k]) / h - 0.5 * (v[k] + last.1[k]);
                     jumps = jumps.max(mean.abs() / (limits.jerk[k] * h * h / 4.0 + 1e-7));
                     let jerk = (w[k] - last.2[k]) / h / limits.jerk[k];
@@ -165,7 +167,7 @@ fn one_that_swings_too_far_is_told_and_bad_input_is_refused() {
     let mut transfer = Transfer::new(&robot);
     let good = limits(&model, 2.0, 2.0, 5.0);
     let zero = [0.0; 2];
-    // It comes to rest 1 m further or more.
+    // The joint can come to rest only 1 m further on or more.
     let from = MotionState { q: &[0.5, 0.0], v: &[1.9, 0.0], vdot: &zero };
     let to = MotionState { q: &[0.6, 0.0], v: &zero, vdot: &zero };
     let told = transfer.plan(&from, &to, &good).unwrap();
@@ -195,7 +197,7 @@ fn one_that_swings_too_far_is_told_and_bad_input_is_refused() {
     let mut none = good.clone();
     none.jerk[0] = 0.0;
     assert!(say(&tight, &none).contains("must be positive"));
-    // Coordinates that do not move need no limits and no time.
+    // Coordinates that do not move do not need limits or time.
     assert_eq!(duration(transfer.plan(&rest, &rest, &endless).unwrap()), 0.0);
 }
 

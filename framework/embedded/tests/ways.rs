@@ -58,7 +58,7 @@ fn a_way_is_free_and_the_same_each_time() {
         assert!(way.len() > 2 && way[0] == start && way[way.len() - 1] == goal);
         for pair in way.windows(2) {
             assert_eq!(robot.path_free(&pair[0], &pair[1], 1e-3).unwrap(), Path::Free);
-            // Check with samples, too, as an independent test.
+            // Check samples of the path, too, as an independent test.
             for k in 0..=200 {
                 let x = f64::from(k) / 200.0;
                 let q: Vec<f64> =
@@ -180,7 +180,7 @@ fn an_arm_of_two_finds_its_way() {
     for pair in free.windows(2).take(6) {
         let mut goal = pair[0].clone();
         for dof in model.dofs(left).unwrap() {
-            // Each degree of freedom has one number in q here.
+            // Each degree of freedom has one coordinate in q here.
             goal[*dof] = pair[1][*dof];
         }
         if robot.collides(&goal).unwrap() {

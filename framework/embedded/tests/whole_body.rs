@@ -119,7 +119,7 @@ fn acceleration(
 ) -> Vec3 {
     let h = 1e-4;
     let mut at = |t: f64| {
-        // β of a free hinge is in rotating axes: use half a step of the rates at its middle.
+        // β of a free hinge is in rotating axes, so take half a step with the rates at its middle.
         let d: Vec<f64> = v.iter().zip(vdot).map(|(v, a)| t * v + 0.5 * t * t * a).collect();
         let mut to = q.to_vec();
         robot.model().clone().multibody().integrate(q, &d, &mut to);
@@ -160,7 +160,7 @@ fn contacts_hold_while_it_moves_and_wishes_come_in_order() {
     robot.set_q(&q).unwrap();
     let (_, effort) = efforts(&model, 300.0);
     let touches = touches(&model, 0.7);
-    // Rates at which the feet are at rest: the smallest change of random ones.
+    // Project random rates onto rates at which the feet are at rest.
     let mut problem = Priorities::new(nv, 12, 0);
     problem.begin();
     let (mut A, mut J) = (Vec::new(), vec![0.0; 6 * nv]);
@@ -203,14 +203,14 @@ fn contacts_hold_while_it_moves_and_wishes_come_in_order() {
     for f in &found.forces {
         assert!(f.x.hypot(f.y) <= 0.7 * f.z + 1e-9, "{f}");
     }
-    // The posture is nearer and the centre of mass misses its goal if the priorities are reversed.
+    // If the priorities are reversed, the posture is nearer and the centre of mass misses its goal.
     let turned = [Objective::new(0, Aim::Posture(&posture)), Objective::new(1, Aim::Center(asked))];
     let other = solve(&mut robot, &v, &touches, &turned, &effort);
     let far = |f: &Found| f.vdot.iter().zip(&posture).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
     assert!(far(&other) < 0.99 * far(&found));
     let c = acceleration(&mut robot, &q, &v, &other.vdot, |r| r.center_of_mass().1);
     assert!((c - asked).norm() > 0.1);
-    // A tip, again from second differences; its foot is off the ground.
+    // Check the acceleration of a tip by second differences, too. Its foot is off the ground.
     let part = touches[1].part;
     let motion = Motion::new(Vec3::new(0.5, -1.0, 2.0), Vec3::new(1.0, 0.3, 2.0));
     let objectives = [Objective::new(0, Aim::Tip { part, motion, rows: Rows::Linear })];
@@ -255,8 +255,8 @@ fn what_cannot_be_is_told() {
     let (v, still, all) = (vec![0.0; model.nv()], vec![0.0; model.nv()], touches(&model, 0.6));
     let objectives = [Objective::new(0, Aim::Posture(&still))];
     let (_, weak) = efforts(&model, 2.0);
-    // If only contacts are requested, the rest may fall and nothing is missing. The joints saturate if the feet are on the ground and a task keeps
-    // the trunk in place.
+    // With contacts only, the rest of the robot may fall, and the task is satisfied. If a task also keeps the trunk in
+    // place, the joints saturate.
     let found = solve(&mut robot, &v, &all, &objectives, &weak);
     let most = |f: &Found, e: &[f64]| {
         f.tau.iter().zip(e).filter(|x| *x.1 > 0.0).map(|(t, e)| t.abs() / e).fold(0.0, f64::max)
@@ -275,8 +275,8 @@ fn what_cannot_be_is_told() {
     assert!(none.told.unbalanced < 1e-8);
     let c = acceleration(&mut robot, &crouched(&model), &v, &none.vdot, |r| r.center_of_mass().1);
     assert!((c - Vec3::z() * -9.81).norm() < 1e-5, "{c}");
-    // Two contacts of one foot that pull in different directions of a rigid body are consistent. A contact whose normal points down cannot lift, so
-    // it is not a support.
+    // Two contacts of one foot are consistent, because the foot is a rigid body. A contact whose normal points down
+    // cannot support the robot.
     let bad = [Touch { normal: Vec3::z() * 2.0, ..all[0] }];
     let mut whole = WholeBody::new(&robot, 1, 1);
     let nv = model.nv();
@@ -337,7 +337,7 @@ fn the_support_polygon_holds_all_points() {
     let mut points = [[0.0, 0.0], [2.0, 0.1], [1.0, 0.5], [1.9, 1.2], [0.1, 1.0], [1.0, 0.05]];
     let n = support_polygon(&mut points, &mut hull);
     assert_eq!(hull[..n], [[0.0, 0.0], [2.0, 0.1], [1.9, 1.2], [0.1, 1.0]]);
-    // A unit square, a point 0.2 inside an edge, and a point outside a corner.
+    // Test a unit square with a point 0.2 inside an edge, and with a point outside of a corner.
     let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     assert!((support_margin(&square, [0.5, 0.2]) - 0.2).abs() < 1e-15);
     assert!((support_margin(&square, [1.3, 1.4]) + 0.5).abs() < 1e-15);
@@ -349,7 +349,7 @@ fn the_support_polygon_holds_all_points() {
         let polygon = &hull[..n];
         assert!(points.iter().all(|p| support_margin(polygon, *p) > -1e-12));
         let p = [rng.within(-0.3, 0.3), rng.within(-0.2, 0.2)];
-        // Directions all around: the support function of the hull, from points alone.
+        // Compare with the support function of the points, evaluated in directions all around.
         let margin = (0..20_000)
             .map(|k| {
                 let (s, c) = (f64::from(k) * std::f64::consts::TAU / 20_000.0).sin_cos();

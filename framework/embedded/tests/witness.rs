@@ -44,7 +44,7 @@ fn faces(points: &[Vec3]) -> Vec<[Vec3; 3]> {
 
 /// Returns the distance of a point, in a shape's axes, from its surface.
 fn from_surface(shape: &Shape, p: &Vec3) -> f64 {
-    // Signed distance from a box, given the distance beyond each of its faces.
+    // Compute the signed distance from a box, given the distance beyond each of its faces.
     let beyond = |d: &[f64]| {
         let out = d.iter().map(|d| d.max(0.0).powi(2)).sum::<f64>().sqrt();
         out + d.iter().fold(f64::NEG_INFINITY, |m, d| m.max(*d)).min(0.0)
@@ -124,7 +124,8 @@ fn nearest_points_are_those_of_the_reference_where_they_are_unique() {
             assert!(off < 1e-9, "{k} {kinds:?}: {off:e} from the surface of {}", kinds[i]);
         }
         all += 1;
-        // A sphere has one nearest point, capsules and hulls in general position too; boxes and cylinders may have a whole nearest edge or face.
+        // Spheres have one nearest point, and so do capsules and hulls in general position. Boxes and cylinders may
+        // have a whole nearest edge or face.
         if kinds.iter().all(|k| ["sphere", "capsule", "hull"].contains(k)) {
             let theirs =
                 ["point_a", "point_b"].map(|k| Vec3::from_column_slice(&numbers(&case[k])));

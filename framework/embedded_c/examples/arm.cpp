@@ -1,4 +1,4 @@
-// The example of arm.c, in C++17.
+// The same example as arm.c, in C++17.
 //   c++ -std=c++17 -I include examples/arm.cpp liblinkwork_robot.a -lpthread -ldl -lm -o arm && ./arm examples
 #include <linkwork/robot.hpp>
 
@@ -23,7 +23,7 @@ static void run(const std::string &folder) {
   builder.shape("can", "cup", {LW_SHAPE_CYLINDER, {0.04, 0.05, 0.0}});
   builder.shape("shelf", "world", {LW_SHAPE_BOX, {0.1, 0.4, 0.02}}, LwPose{{0.6, 0.0, 0.9}, {0, 0, 0, 1}});
   const Model model = builder.model();
-  // Masses of the file that no body has.
+  // Report inertias in the file that no rigid body can have.
   if (const auto warnings = model.doubtful(); !warnings.empty()) std::cerr << "warning: " << warnings << "\n";
   const auto arm = model.part("arm");
   const auto cup = model.object("cup");
@@ -82,7 +82,7 @@ static void run(const std::string &folder) {
   const auto closest = robot.clearance(q, 10.0);
   if (robot.collides(q) || !closest) throw std::runtime_error("the hand is in the shelf");
   print("clearance", {&closest->distance, 1});
-  // A clone is a robot of its own: it holds the cup still when the first has let go.
+  // A clone is an independent robot: it still holds the cup after the first robot has released it.
   Robot other = robot.clone();
   robot.ungrasp(cup);
   if (const auto pair = other.first_hit(std::vector{0.0, 1.2, -1.2}))

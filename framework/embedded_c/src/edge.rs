@@ -89,7 +89,8 @@ pub(crate) unsafe fn shared<H>(
     let Some(handle) = (unsafe { handle.as_ref() }) else { return LwStatus::Null };
     let done = catch_unwind(AssertUnwindSafe(|| work(handle)));
     let Err(fault) = done.unwrap_or(Err(Fault::Panicked)) else { return LwStatus::Ok };
-    // A request for the length of a text is not an error, so the message of another thread's failure must remain.
+    // A request for the length of a text is not an error, so it must not replace the message of another thread's
+    // failure.
     if !matches!(fault, Fault::TextLength { room: 0, .. }) {
         let mut message = message(handle).lock().unwrap_or_else(PoisonError::into_inner);
         message.say(&fault);
@@ -207,7 +208,7 @@ pub(crate) unsafe fn list<T>(
     if wanted <= room {
         to.iter_mut().zip(from).for_each(|(to, from)| *to = from);
     }
-    // SAFETY: guaranteed by the caller; the slices are not used any more.
+    // SAFETY: guaranteed by the caller; the slices are not used after this.
     unsafe { count.set(wanted) };
     if wanted <= room { Ok(()) } else { Err(RobotError::NoRoom { what, wanted, room }.into()) }
 }
@@ -303,7 +304,7 @@ pub(crate) unsafe fn write_text(
         }
     }
     if let Some(wanted) = wanted {
-        // SAFETY: no slice is used any more.
+        // SAFETY: no slice is used after this.
         unsafe { wanted.set(count) };
     }
     let what = "buffer";

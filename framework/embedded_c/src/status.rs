@@ -267,7 +267,7 @@ mod tests {
             // SAFETY: as above.
             assert_eq!(unsafe { CStr::from_ptr(lw_status_text(none)) }, c"unknown code");
         }
-        // The last of the enumeration is in the table.
+        // The last code of the enumeration is in the table.
         assert_eq!(LwStatus::Panicked as usize, WORDS.len() - 1);
     }
 

@@ -31,7 +31,7 @@ fn what_cannot_be_is_told() {
         assert!(said.contains("no part `lfet`") && said.contains("left"), "{said}");
         let mut at = pose(0.0);
         no(&two, LwStatus::Foreign, "", || lw_robot_tip_pose(r, 9, &mut at));
-        // Hands.
+        // These calls require objects in the hands.
         no(&two, LwStatus::NotHeld, "object 0", || lw_robot_release(r, LEFT, BEAM));
         assert_eq!(lw_robot_put(r, BEAM, &pose(0.5)), LwStatus::Ok);
         assert_eq!(lw_robot_grasp(r, LEFT, BEAM, null()), LwStatus::Ok);
@@ -44,7 +44,7 @@ fn what_cannot_be_is_told() {
         assert_eq!(lw_robot_hold(r, BEAM, &mut hold), LwStatus::Ok);
         assert_eq!(hold.count, 1, "nothing has changed");
         assert_eq!(lw_robot_ungrasp(r, BEAM), LwStatus::Ok);
-        // Targets that are not finite, starts outside the limits.
+        // Test targets that are not finite, and starts outside of the limits.
         let mut answer = std::mem::zeroed::<LwAnswer>();
         let goal = LwGoal {
             pose: pose(f64::NAN),
@@ -67,7 +67,7 @@ fn what_cannot_be_is_told() {
             lw_robot_inverse_kinematics(r, LEFT, &goal, null(), p, 13, &mut answer)
         });
         assert_eq!(q[1], 2.9);
-        // Padding with which all colliders always touch.
+        // With this padding, the colliders always touch.
         let mut palm = 0;
         assert_eq!(lw_model_collider(m, c"left_palm".as_ptr(), &mut palm), LwStatus::Ok);
         let mut before = std::mem::zeroed::<LwClosest>();
@@ -80,7 +80,7 @@ fn what_cannot_be_is_told() {
         assert_eq!(near(&mut after), LwStatus::Ok);
         assert_eq!(before.distance.to_bits(), after.distance.to_bits());
     }
-    // A load that no joint can carry, and a grip that friction cannot hold.
+    // No joint can carry this load, and friction cannot hold this grip.
     two.take_beam();
     // SAFETY: as above.
     unsafe {

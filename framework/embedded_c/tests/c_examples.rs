@@ -134,7 +134,7 @@ fn same(ours: &str, expected: &str) {
 fn the_c_example_says_what_rust_says() {
     let Some([out, _]) = examples() else { return };
     same(&out, &expected());
-    // Closed form: a cup of 0.4 kg on arms of 0.5 m and 0.45 m + 0.1 m.
+    // Compare with the closed form of a cup of 0.4 kg on arms of 0.5 m and 0.45 m + 0.1 m.
     let row = |what: &str| -> Vec<f64> {
         let line = out.lines().find_map(|l| l.strip_prefix(&format!("{what} "))).unwrap();
         line.split(' ').map(|x| x.parse().unwrap()).collect()

@@ -17,7 +17,7 @@ fn wrenches() -> [Force; 2] {
 #[test]
 fn loads_shared_squeezed_and_gripped() {
     let mut two = Two::new();
-    // SAFETY: valid handles of the library, arrays of the lengths given; so in all tests below.
+    // SAFETY: valid handles of the library, arrays of the lengths given; the same applies in all tests below.
     unsafe {
         let r = two.r;
         let mut hold = std::mem::zeroed::<LwHold>();
@@ -157,7 +157,8 @@ fn momentum_and_composite_inertias() {
         quiet(|| lw_robot_centroidal_matrix(r, A.as_mut_ptr(), 78));
         two.robot.centroidal_matrix(&mut theirs).unwrap();
         same(&A, &theirs);
-        // Its last rows divided by the mass are the Jacobian of the centre of mass; checks them by differences.
+        // The last rows divided by the mass are the Jacobian of the centre of mass; check them by finite
+        // differences.
         let (mut mass, mut centers) = (0.0, [[0.0; 3]; 2]);
         let h = 1e-6;
         for (side, at) in [h, -h].into_iter().zip(&mut centers) {

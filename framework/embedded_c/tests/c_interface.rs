@@ -127,7 +127,7 @@ impl Scene {
     }
 
     fn builder_says(&self) -> String {
-        // SAFETY: `said` gives memory of the length that it says; so below.
+        // SAFETY: `said` passes memory of the length that it states; the same applies below.
         said(|b, n, w| unsafe { lw_builder_message(self.builder, b, n, w) })
     }
 
@@ -414,7 +414,7 @@ fn names_settings_and_handles_go_through() {
         let (mut lower, mut upper) = ([0.0; 3], [0.0; 3]);
         let told = lw_model_limits(m, lower.as_mut_ptr(), upper.as_mut_ptr(), 3);
         assert_eq!((told, lower, upper), (LwStatus::Ok, [-3.0, -1.0, -2.5], [3.0, 2.0, 2.5]));
-        // Tip and body of the hand are one frame; a clone is a separate robot.
+        // The tip and the body of the hand have one frame. A clone is an independent robot.
         let mut q = [5.0, 0.2, 0.4];
         assert_eq!(lw_robot_clamp(r, q.as_mut_ptr(), 3), LwStatus::Ok);
         assert_eq!(q, [3.0, 0.2, 0.4]);
@@ -438,7 +438,7 @@ fn names_settings_and_handles_go_through() {
         let X = Pose::new(quat(&a), a.position.into()) * Pose::new(quat(&at), at.position.into());
         assert!(near(&held.position, X.position.as_slice()));
         assert!(near(&held.quaternion, X.rotation.coords.as_slice()));
-        // Settings: the can in the palm is found when its pair is checked, and not when it is hidden.
+        // The can in the palm is found if its pair is checked, and not found if it is hidden.
         let (mut can, mut palm, mut hit) = (9, 9, false);
         assert_eq!(lw_model_collider(m, c"can".as_ptr(), &mut can), LwStatus::Ok);
         assert_eq!(lw_model_collider(m, c"palm".as_ptr(), &mut palm), LwStatus::Ok);
@@ -465,7 +465,7 @@ fn names_settings_and_handles_go_through() {
         assert_eq!(lw_robot_release(other, part, 0), LwStatus::Ok);
         asked(true, Some((can, palm)));
         lw_robot_free(other);
-        // A clone of a model outlives it, and has a separate message.
+        // A clone of a model outlives the model, and has its own message.
         let mut twin = null_mut();
         assert_eq!(lw_model_clone(m, &mut twin), LwStatus::Ok);
         assert_eq!(lw_model_part(twin, c"leg".as_ptr(), &mut part), LwStatus::Unknown);
@@ -486,14 +486,15 @@ fn no_call_allocates_after_set_up() {
     let (mut q, mut x, mut out, mut hit) = ([0.1; 3], [0.0; 18], pose, false);
     let mut text = [0; 300];
     let [mut a, mut b, mut c, mut d] = [0; 4];
-    // SAFETY: handles of the library; arrays have the lengths given; the calls write all outputs.
+    // SAFETY: handles of the library; arrays have the lengths given; the calls write all outputs
+    // before they are read.
     unsafe {
         let mut answer = std::mem::zeroed::<LwAnswer>();
         let mut closest = std::mem::zeroed::<LwClosest>();
         let p = x.as_mut_ptr();
         let far = LwGoal { pose: LwPose { position: [9.0; 3], ..pose }, ..goal };
         let v = [0.1; 3];
-        // The memory of contact points is allocated here, as documented.
+        // Contact points allocate their memory here, as documented.
         assert_eq!(lw_robot_clearance(r, q.as_ptr(), 3, 9.0, &mut closest), LwStatus::Ok);
         let mut codes = [LwStatus::Panicked; 25];
         let counted = allocation_counter::measure(|| {

@@ -8,7 +8,7 @@ use std::ptr::{null, null_mut};
 #[test]
 fn many_configurations_are_told_as_one_by_one() {
     let mut two = Two::new();
-    // Rows from free to colliding configurations.
+    // The rows go from free to colliding configurations.
     let rows: Vec<[f64; 13]> = (0..11)
         .map(|k| {
             let mut q = Q;
@@ -20,7 +20,7 @@ fn many_configurations_are_told_as_one_by_one() {
     let wanted: Vec<bool> = rows.iter().map(|q| two.robot.collides(q).unwrap()).collect();
     assert!(wanted.contains(&true) && wanted.contains(&false), "{wanted:?}");
     let mut out = [false; 11];
-    // SAFETY: valid handles of the library, arrays of the lengths given; so below.
+    // SAFETY: valid handles of the library, arrays of the lengths given; the same applies below.
     unsafe {
         let (r, q, o) = (two.r, all.as_ptr(), out.as_mut_ptr());
         quiet(|| lw_robot_collides_all(r, q, 143, o, 11));

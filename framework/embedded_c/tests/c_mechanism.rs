@@ -54,7 +54,8 @@ impl Own {
         let [name, parent] = [name, parent].map(|t| CString::new(t).unwrap());
         let at = LwPose { position: [0.0, 0.0, up], quaternion: [0.0, 0.0, 0.0, 1.0] };
         let (c, i) = (CENTER.as_ptr(), INERTIA.as_ptr());
-        // SAFETY: a valid handle of the library, zero-terminated texts, arrays of the required lengths; so below.
+        // SAFETY: a valid handle of the library, zero-terminated texts, arrays of the required lengths; the same
+        // applies below.
         unsafe { lw_builder_body(self.0, name.as_ptr(), parent.as_ptr(), hinge, &at, 0.4, c, i) }
     }
 
@@ -90,7 +91,7 @@ impl Own {
 
 impl Drop for Own {
     fn drop(&mut self) {
-        // SAFETY: it came from the library and is freed once; so below.
+        // SAFETY: it came from the library and is freed once; the same applies below.
         unsafe { lw_builder_free(self.0) }
     }
 }
@@ -242,7 +243,7 @@ fn mistakes_in_mechanisms_are_told() {
     };
     assert_eq!(file, LwStatus::Model);
     assert!(own.says().contains("read the file first"), "{}", own.says());
-    // Errors of the model: a zero axis, and limits in the wrong order.
+    // The model reports a zero axis and limits in the wrong order.
     let bent = Own::new();
     assert_eq!(bent.body("a", "world", &hinge(LW_HINGE_PIN, [0.0; 3]), 0.0), OK);
     // SAFETY: as above.
@@ -318,7 +319,8 @@ fn objects_have_every_hinge() {
         assert_eq!(told, [0; 4], "the object itself has no joint");
         let none = lw_model_object_hinge(made.model, 0, 99, &mut 0, &mut 0, &mut 0, &mut 0);
         assert_eq!(none, LwStatus::Foreign);
-        // Colliders by name: one of the arm, one of a body of the toy, one of the toy.
+        // Find colliders by name: one on the arm, one on a body of the toy, and one on the toy
+        // itself.
         let (mut ids, mut count) = ([9; 3], 9);
         let p = ids.as_mut_ptr();
         assert_eq!(lw_model_object_colliders(made.model, 0, p, 3, &mut count), OK);
@@ -343,14 +345,14 @@ fn row() -> Own {
 
 #[test]
 fn rules_of_groups_and_of_neighbours() {
-    // q: distances between neighbours. Apart: a from b, b from c, and a from c by their sum.
+    // q contains the distances from a to b and from b to c; a and c are apart by their sum.
     let (all_apart, b_on_a, c_on_a) = ([0.0, 1.0, 1.0], [0.0, 0.0, 1.0], [0.0, 1.0, -1.0]);
     let asked = |own: &Own, want: [bool; 2]| {
         let made = own.robot();
         assert!(!made.collides(&all_apart));
         assert_eq!([b_on_a, c_on_a].map(|q| made.collides(&q)), want);
     };
-    asked(&row(), [false, true]); // neighbours pass each other
+    asked(&row(), [false, true]); // neighbours do not collide
     // SAFETY: as above.
     unsafe {
         let own = row();
@@ -364,9 +366,9 @@ fn rules_of_groups_and_of_neighbours() {
         assert_eq!(lw_builder_apart(own.0, group.as_ptr(), 2), OK);
         asked(&own, [true, false]);
         assert_eq!(lw_builder_collide(own.0, c"a".as_ptr(), c"in c".as_ptr()), OK);
-        asked(&own, [true, true]); // goes before the group
+        asked(&own, [true, true]); // `collide` has priority over the group
         assert_eq!(lw_builder_ignore(own.0, c"a".as_ptr(), c"c".as_ptr()), OK);
-        asked(&own, [true, false]); // goes before that
+        asked(&own, [true, false]); // `ignore` has priority over `collide`
         let (group, mut m) = ([c"a".as_ptr(), c"nobody".as_ptr()], null_mut());
         assert_eq!(lw_builder_apart(own.0, group.as_ptr(), 2), OK);
         assert_eq!(lw_builder_model(own.0, &mut m), LwStatus::Model);
@@ -376,7 +378,8 @@ fn rules_of_groups_and_of_neighbours() {
 
 #[test]
 fn meshes_and_voxels_are_coarse_shapes() {
-    // A tetrahedron around a sphere of 0.05, and a block of cubes around another.
+    // The coarse shapes are a tetrahedron around a sphere of 0.05, and a block of cubes around
+    // another sphere.
     let corners = [[0.3, 0.3, 0.3], [0.3, -0.3, -0.3], [-0.3, 0.3, -0.3], [-0.3, -0.3, 0.3]];
     let triangles: [[u32; 3]; 4] = [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]];
     let own = Own::new();
@@ -395,14 +398,14 @@ fn meshes_and_voxels_are_coarse_shapes() {
         let some = occupied.as_ptr().cast();
         let name = c"pillar".as_ptr();
         assert_eq!(lw_builder_coarse_voxel_map(own.0, name, cells.as_ptr(), 0.2, some, 2), OK);
-        // The probe's parent is the world, so they are neighbours.
+        // The parent of the probe is the world, so the two are neighbours.
         assert_eq!(lw_builder_neighbours(own.0, LW_NEIGHBOURS_COLLIDE), OK);
         let made = own.robot();
         let at = [0.28, 1.0, 2.0, 2.3, 2.5];
         let hits = || at.map(|x| made.collides(&[x]));
         assert_eq!(hits(), [false, false, true, false, false], "their own shapes");
         assert_eq!(lw_robot_set_detail(made.robot, LW_DETAIL_COARSE), OK);
-        // (An edge of the mesh crosses the path at 0.3.)
+        // An edge of the mesh crosses the path at 0.3.
         assert_eq!(hits(), [true, false, true, false, true], "the coarse ones");
     }
 }

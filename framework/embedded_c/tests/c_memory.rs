@@ -18,7 +18,7 @@ fn codes<const N: usize>(calls: impl FnOnce() -> [LwStatus; N]) -> [LwStatus; N]
 fn calls_and_mistakes_take_no_memory() {
     let mut two = Two::new();
     two.take_beam();
-    // SAFETY: valid handles of the library, arrays of the lengths given; so below.
+    // SAFETY: valid handles of the library, arrays of the lengths given; the same applies below.
     unsafe {
         let (r, m) = (two.r, two.m);
         let id = |name: &std::ffi::CStr| {
@@ -74,7 +74,7 @@ fn calls_and_mistakes_take_no_memory() {
         assert_eq!(told, [LwStatus::Ok; 13]);
         assert_eq!((own, left.rows), ([0.3], 6));
         jaw[0] = f64::NAN;
-        // An index that does not exist, and NaN: the first error of each call.
+        // Each call gets an index that does not exist, or NaN, and returns its first error.
         let (far, nan, mut lost) = (99, [f64::NAN; 13], [f64::NAN; 13]);
         let (n, t) = (nan.as_ptr(), tau.as_mut_ptr());
         let mut pose = std::mem::zeroed::<LwPose>();
@@ -167,7 +167,7 @@ fn all_calls_of_robots_are_measured() {
         files.map(|p| std::fs::read_to_string(p).unwrap()).collect()
     };
     let tests = read("tests");
-    // The arguments of the measuring calls.
+    // Collect the arguments of all measuring calls.
     let mut measured = String::new();
     for key in ["quiet(", "settled(", "measure(", "codes(", "no("] {
         for (at, _) in tests.match_indices(key) {
@@ -188,7 +188,7 @@ fn all_calls_of_robots_are_measured() {
         .filter_map(|rest| rest.split('(').next())
         .collect();
     assert!(calls.len() > 60, "{calls:?}");
-    // These create or free robots, or are measured through a closure of their test.
+    // These calls create or free robots, or are measured through a closure in their test.
     let apart = ["lw_robot_free", "lw_robot_clone", "lw_robot_inverse_kinematics_all"];
     let missing: Vec<&&str> = calls
         .iter()

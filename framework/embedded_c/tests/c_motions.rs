@@ -21,14 +21,15 @@ fn path(p: &LwPath) -> (LwPathOutcome, u64, LwPair) {
 fn paths_are_swept() {
     let mut two = Two::new();
     let goal = far();
-    // SAFETY: valid handles of the library, arrays of the lengths given; so in all tests below.
+    // SAFETY: valid handles of the library, arrays of the lengths given; the same applies in all
+    // tests below.
     unsafe {
         let r = two.r;
         let mut told = std::mem::zeroed::<LwPath>();
         let (a, o) = (Q.as_ptr(), &raw mut told);
         let (mut outcomes, mut most) = (Vec::new(), 0);
         let near: [f64; 13] = std::array::from_fn(|k| Q[k] + if k == 12 { 0.2 } else { 0.0 });
-        // Up to where long pieces cannot be proven free.
+        // Find the end of a path whose long pieces cannot be proven free.
         let mut undecided = |q: &[f64; 13]| {
             matches!(two.robot.path_free(&Q, q, 0.9).unwrap(), Path::Undecided { .. })
         };
@@ -43,7 +44,7 @@ fn paths_are_swept() {
             let rust = two.robot.path_free(&Q, &q, least).unwrap();
             assert_eq!(path(&told), path(&Some(rust).into()));
             outcomes.push(told.outcome);
-            // In portions of one piece.
+            // Check the path in portions of one piece.
             let whole = told;
             quiet(|| lw_robot_path_free(r, a, q.as_ptr(), 13, least, 1, o));
             let mut portions = 1;
@@ -99,7 +100,7 @@ fn ways_and_their_times() {
         let mut way = vec![0.0; 13 * told.rows];
         quiet(|| lw_planner_path(r, p, way.as_mut_ptr(), 13 * told.rows));
         same(&way, &wanted);
-        // In portions, and with the default search.
+        // Plan in portions, and with the default settings.
         quiet(|| lw_planner_plan(r, p, a, b, 13, &how, 0, o));
         assert_eq!((told.outcome, told.rows), (LwPlanOutcome::Unfinished, 0));
         loop {
@@ -117,7 +118,7 @@ fn ways_and_their_times() {
         let mut other = vec![0.0; n];
         quiet(|| lw_planner_path(r, p, other.as_mut_ptr(), n));
         same(&other, &planner.path().flatten().copied().collect::<Vec<_>>());
-        // One end is in the post.
+        // At one end, the arm is in the post.
         let mut blocked = Q;
         two.robot.set_q(&Q).unwrap();
         let PlanOutcome::BlockedGoal { pair } = (0..60)
@@ -231,7 +232,7 @@ unsafe fn timed(two: &mut Two, way: &[f64]) {
         let Timed::Infeasible { part, share } = rust else { panic!("{rust:?}") };
         assert!(!told.found && told.duration == 0.0);
         assert_eq!(bits(&[told.part, told.share]), bits(&[part, share]));
-        // Only the model's limits.
+        // Use only the limits of the model.
         quiet(|| lw_timing_plan(r, t, w, n, null(), 0.0, o));
         let rust = timing.plan(&mut two.robot, way, &MotionLimits::of(&two.model), 0.0).unwrap();
         assert_eq!(rust, Timed::Found { duration: told.duration });
@@ -327,7 +328,7 @@ fn transfers_within_limits_of_jerk() {
             assert_eq!((bits(&v), bits(&vdot)), (bits(&y), bits(&z)));
             assert!(k == 10 || y.iter().any(|x| *x != 0.0));
         }
-        // Too fast to stay within the limits of a coordinate.
+        // The coordinate is too fast to stay within its limits.
         let (mut edge, mut fast) = (Q, rest);
         (edge[4], fast[4]) = (2.55, 1.9);
         quiet(|| lw_transfer_plan(r, t, &state(&edge, fast.as_ptr(), null()), &to, l, o));
@@ -401,7 +402,8 @@ fn distances_and_shapes() {
         let (mut pairs, mut rust, mut hits) = (vec![LwPair { a: 9, b: 9 }; 40], vec![], vec![]);
         let p = pairs.as_mut_ptr();
         let mut seen = Vec::new();
-        // The post is hit in the second configuration; coarse shapes are nearer.
+        // The arm hits the post in the second configuration. Distances of coarse shapes are
+        // smaller.
         let mut beside = Q;
         beside[1] = -0.2;
         for (code, detail) in [(LW_DETAIL_FINE, Detail::Fine), (LW_DETAIL_COARSE, Detail::Coarse)] {
@@ -426,7 +428,7 @@ fn distances_and_shapes() {
             }
         }
         assert!(!hits.is_empty(), "nothing touches");
-        // An empty map has no position; a hidden collider still has one.
+        // An empty map has no distance; a hidden collider still has one.
         let to = |id| lw_robot_distance(r, Q.as_ptr(), 13, place(palm), place(id), o);
         assert_eq!((to(map), (*o).found), (LwStatus::Ok, false));
         assert_eq!(lw_robot_hide(r, place(post)), LwStatus::Ok);
@@ -435,7 +437,7 @@ fn distances_and_shapes() {
         seen.sort_unstable();
         seen.dedup();
         assert_eq!(seen.len(), 4, "each shape counts");
-        // Too little memory: returns the required size and nothing else.
+        // If the memory is too small, the call returns the required size and writes nothing else.
         let (q, wanted) = (beside.as_ptr(), hits.len());
         let kept = pairs.clone();
         two.refused(lw_robot_hits(r, q, 13, p, wanted - 1, n), LwStatus::NoRoom, "pairs");
@@ -444,7 +446,7 @@ fn distances_and_shapes() {
         assert!(count > 2);
         let many = count;
         assert_eq!(lw_robot_distances(r, q, 13, 9.0, x, many, n), LwStatus::Ok);
-        // Checked pairs; the pair of the post and the hand, with its setting.
+        // Read the checked pairs, and the setting of the pair of post and hand.
         let mut looks = false;
         quiet(|| lw_robot_looks_at(r, place(palm), place(post), &mut looks));
         assert_eq!(looks, two.robot.looks_at(palm, post).unwrap());
@@ -452,7 +454,7 @@ fn distances_and_shapes() {
         assert_eq!(lw_robot_allow(r, place(palm), place(post)), LwStatus::Ok);
         quiet(|| lw_robot_looks_at(r, place(palm), place(post), &mut looks));
         assert!(!looks);
-        // A voxel map, cell by cell.
+        // Read and write a voxel map cell by cell.
         let (cells, mut full, mut number) = ([[1_u32, 2, 3], [0, 0, 1]], false, 9);
         assert_eq!(lw_robot_set_cells(r, place(map), cells.as_ptr().cast(), 2), LwStatus::Ok);
         quiet(|| lw_robot_cell(r, place(map), cells[0].as_ptr(), &mut full));
@@ -546,7 +548,7 @@ fn shapes_that_are_none_are_refused() {
         assert!(text(b).contains("no collider `shape`"), "{}", text(b));
         assert_eq!(lw_builder_coarse_hull(b, name, corners, 4), LwStatus::Unknown);
         lw_builder_free(b);
-        // When the model is built.
+        // Building the model reports these mistakes.
         let (flat, wrong) = ([[0.0; 3]; 4], [[0_u32, 1, 9]]);
         for (k, needle) in
             ["lie in one plane", "refers to vertex 9, but there are 4", "at least 2 by 2"]

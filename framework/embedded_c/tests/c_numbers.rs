@@ -23,7 +23,7 @@ fn says(p: *const LwPriorities) -> String {
 #[test]
 fn levels_within_bounds() {
     let mut rust = Priorities::new(3, 3, 2);
-    // SAFETY: valid handles of the library, arrays of the lengths given; so below.
+    // SAFETY: valid handles of the library, arrays of the lengths given; the same applies below.
     unsafe {
         let (mut p, mut none) = (null_mut(), null_mut());
         assert_eq!(lw_priorities_new(3, 3, 2, &mut p), LwStatus::Ok);
@@ -60,7 +60,7 @@ fn levels_within_bounds() {
         refused(lw_priorities_level(p, a, nan.as_ptr(), 2, r, l), LwStatus::NotFinite, "`b`");
         refused(lw_priorities_x(p, q, 2), LwStatus::Length, "`x`");
         assert_eq!(lw_priorities_new(3, 3, 1 << 11, &mut none), LwStatus::OutOfRange);
-        // x at least 2, and at most 1.
+        // The bounds require x to be at least 2 and at most 1.
         quiet(|| lw_priorities_begin(p));
         let unit = [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]];
         quiet(|| lw_priorities_bound(p, unit[0].as_ptr(), 3, 1.0));

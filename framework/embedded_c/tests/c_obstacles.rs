@@ -30,7 +30,8 @@ fn what_sensors_see_is_met() {
             assert_eq!(lw_model_collider(m, name.as_ptr(), id), ok);
         }
         assert_eq!(lw_robot_new(m, &mut r), ok);
-        // Its parent is the world, so it is the world's neighbour.
+        // The parent is the world, so the rod is a neighbour of the world and must be checked
+        // explicitly.
         assert_eq!(lw_robot_look_at(r, rod, cloud), ok);
         assert_eq!(lw_robot_look_at(r, rod, map), ok);
         let hit = |q: f64| {
@@ -39,7 +40,7 @@ fn what_sensors_see_is_met() {
             out.then_some((pair.a, pair.b))
         };
         assert_eq!(hit(0.0), None);
-        // A sphere next to the rod: 0.8 along, 0.06 off its axis, radius 0.02.
+        // The sphere is next to the rod: 0.8 along it, 0.06 off its axis, with a radius of 0.02.
         let points = [[5.0, 5.0, 5.0, 0.1], [0.8, 0.06, 0.0, 0.02]];
         quiet(|| lw_robot_set_points(r, cloud, points.as_ptr().cast(), 2));
         assert_eq!(hit(0.0), Some((cloud.min(rod), cloud.max(rod))));
@@ -47,7 +48,7 @@ fn what_sensors_see_is_met() {
         let mut near = std::mem::zeroed::<LwClosest>();
         assert_eq!(lw_robot_clearance(r, &0.0, 1, 1.0, &mut near), ok);
         assert!(near.found && (near.distance + 0.01).abs() < 1e-12, "{near:?}");
-        // Errors change nothing.
+        // An error does not change anything.
         let many = [[0.0; 4]; 3];
         let nan = [0.0, 0.0, f64::NAN, 0.0];
         let negative = [0.0, 0.0, 0.0, -1.0];
@@ -61,7 +62,7 @@ fn what_sensors_see_is_met() {
         assert!(hit(0.0).is_some());
         assert_eq!(points(null(), 0), ok);
         assert_eq!(hit(0.0), None);
-        // A cell at the rod's end after a rotation of 0.5.
+        // The cell is at the end of the rod after a rotation of 0.5.
         let over = [(0.8 * f64::cos(0.5) / 0.1) as u32, (0.8 * f64::sin(0.5) / 0.1) as u32, 1];
         let cells = [over, [19, 19, 0]];
         assert_eq!(lw_robot_set_cells(r, map, cells.as_ptr().cast(), 2), ok);

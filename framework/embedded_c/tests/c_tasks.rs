@@ -32,7 +32,7 @@ const NO_OBJECTIVE: LwObjective = LwObjective {
 #[test]
 fn manipulability_and_rates() {
     let mut two = Two::new();
-    // SAFETY: valid handles of the library, arrays of the lengths given; so in all tests below.
+    // SAFETY: valid handles of the library, arrays of the lengths given; the same applies in all tests below.
     unsafe {
         let mut told = std::mem::zeroed::<LwManipulability>();
         let (mut mine, mut theirs) = ([9.0; 6], [9.0; 6]);
@@ -47,13 +47,13 @@ fn manipulability_and_rates() {
             let rust = two.robot.manipulability(two.right, rows, Some(&mut theirs)).unwrap();
             same(&[told.w], &[rust.w]);
             same(&told.singular_values, &rust.singular_values);
-            // Columns of the matrix are rows of its transpose.
+            // The arrays are column-major, so compare with the transpose.
             same(&told.axes, rust.axes.transpose().as_slice());
             same(&mine, &theirs);
             quiet(|| lw_robot_manipulability(two.r, RIGHT, code, 0.4, &mut told, null_mut(), 0));
             same(&[told.w], &[rust.w]);
             if let Rows::All { .. } = rows {
-                // As documented.
+                // Check the documented formulas of the ellipsoids.
                 let u = [0.3, 0.1, -0.2, 0.5, 0.6, -0.4];
                 let length: f64 = u.iter().map(|x| x * x).sum::<f64>().sqrt();
                 let along = |k: usize| -> f64 {
@@ -88,7 +88,7 @@ fn manipulability_and_rates() {
 
         let (mut v, mut residual) = (V, [9.0; 2]);
         let p = v.as_mut_ptr();
-        // Faster than its limits allow.
+        // The twist is faster than the limits allow.
         for fast in [1.0, 40.0] {
             let twist = TWIST.map(|x| fast * x);
             quiet(|| lw_robot_rates(two.r, LEFT, twist.as_ptr(), p, 13, residual.as_mut_ptr()));
@@ -372,10 +372,10 @@ fn operational_space() {
             lw_task_space_impedance(r, s, v, 13, null(), 2, null(), t),
             lw_task_space_impedance(r, s, v, 13, w, 2, null(), null_mut()),
         ]);
-        // A robot of another model, even of the same kind.
+        // A robot of another model is rejected, even if the models are equal.
         let other = Two::new();
         other.refused(lw_task_space_inertia(other.r, s, p, 144), LwStatus::Foreign, "");
-        // A clone belongs to this model.
+        // A clone belongs to the same model.
         let mut twin = null_mut();
         assert_eq!(lw_robot_clone(r, &mut twin), LwStatus::Ok);
         assert_eq!(lw_task_space_inertia(twin, s, p, 144), LwStatus::Ok);
@@ -441,7 +441,7 @@ fn rates_for_wishes_within_guards() {
         control.solve(&mut two.robot, &rust, &guards, &mut wanted, &mut theirs).unwrap();
         same(&v, &wanted);
         same(&left, &theirs);
-        // Fewer tasks, no limits, no optional outputs.
+        // Solve with fewer tasks, no limits, and no optional outputs.
         quiet(|| lw_rate_control_solve(r, c, x, 2, 0.05, null(), 0, p, 13, null_mut(), 0));
         let free = Guards { horizon: 0.05, manipulable: &[] };
         control.solve(&mut two.robot, &rust[..2], &free, &mut wanted, &mut theirs).unwrap();
@@ -516,7 +516,7 @@ fn rates_for_wishes_within_guards() {
             lw_rate_control_solve(null_mut(), c, x, 3, 0.05, &guard, 1, p, 13, l, 3),
         ]);
         assert_eq!(v, kept, "nothing was written");
-        // Far outside its limits, so that its rate cannot bring it back.
+        // The coordinate is so far outside of its limits that its rate cannot bring it back.
         let mut far = Q;
         far[3] = 9.0;
         two.go(&far);

@@ -31,7 +31,7 @@ fn several_tips_at_once() {
         let mut answer = std::mem::zeroed::<LwAnswer>();
         let mut best = std::mem::zeroed::<LwBest>();
         two.go(&Q);
-        // Normalized, as in C.
+        // Normalize like the C interface.
         let unit = |X: Pose| Pose::new(Quat::new_normalize(*X.rotation.quaternion()), X.position);
         let near = |X: Pose| unit(Pose::new(X.rotation, X.position * 0.97));
         let X = [two.left, two.right].map(|p| near(two.robot.tip_pose(p).unwrap()));
@@ -71,7 +71,7 @@ fn several_tips_at_once() {
             let residuals: Vec<f64> =
                 search.residuals().iter().flat_map(|r| [r.position, r.orientation]).collect();
             assert_eq!(bits(&left), bits(&residuals));
-            // In portions, starting with zero evaluations.
+            // Search in portions, starting with zero evaluations.
             let mut q = Q;
             let p = q.as_mut_ptr();
             let none = LwEffort { kinematics: 0, ..effort };
@@ -93,7 +93,7 @@ fn several_tips_at_once() {
             quiet(|| lw_whole_body_ik_worst_case_steps(r, s, g, 2, &effort, &mut steps));
             assert_eq!(steps, search.worst_case_steps(&rust, &own));
         }
-        // If the right arm is kept, the torso, which is not a part, and the left arm stay; afterwards they move again.
+        // If the right arm is kept, the torso (which is not a part) and the left arm stay. Afterwards they move again.
         let (goal, rust) = (cases[1].0, cases[1].2);
         quiet(|| lw_whole_body_ik_keep(r, s, RIGHT));
         let mut q = Q;
@@ -108,7 +108,8 @@ fn several_tips_at_once() {
         assert!(two.model.dofs(two.right).unwrap().iter().all(|d| q[*d] == Q[*d]));
         quiet(|| lw_whole_body_ik_release(r, s, RIGHT));
         search.release(two.model.dofs(two.right).unwrap()).unwrap();
-        // Both hands are on the beam: the nearest solution keeps them there; no solution does if everything except one wrist is kept.
+        // Both hands are on the beam. The nearest solution keeps them there; if everything except one wrist is kept,
+        // such a solution does not exist.
         for hand in [LEFT, RIGHT] {
             assert_eq!(lw_robot_grasp(r, hand, two.beam.index() as u32, null()), LwStatus::Ok);
         }
@@ -256,7 +257,7 @@ fn joints_that_mimic_others_are_kept_coupled_when_asked() {
             same(&q, &theirs);
             assert_eq!(answer.outcome == LwOutcome::Met, place[0] < 1.0);
             assert!((q[3] + q[2] - 0.2).abs() < 1.1e-9, "the wrist mimics the elbow: {q:?}");
-            // The chain alone would open it.
+            // Moving the chain alone would violate the coupling.
             let alone = lw_robot_inverse_kinematics(r, 0, &goal, null(), p, 4, &mut answer);
             assert_eq!(alone, LwStatus::DoesNotClose);
         }

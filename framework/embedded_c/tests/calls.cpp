@@ -1,5 +1,5 @@
-// Every call of robot.hpp beside the call of robot.h that it stands for: both have to say the same, to the bit. Then it prints distances of shapes, which
-// the test that runs it compares with those of the same robot made in Rust.
+// Compares every call of robot.hpp with the call of robot.h that it wraps: both results must be bit-identical. Then it
+// prints distances of shapes, which the calling test compares with those of the same robot made in Rust.
 //   calls URDF
 #include <linkwork/robot.hpp>
 
@@ -20,7 +20,7 @@ static void fail(const char *what, int line) {
 #define CHECK(x) ((x) ? void() : fail(#x, __LINE__))
 #define DO(call) CHECK((call) == LW_STATUS_OK)
 
-// Of values that are numbers throughout.
+// For values that consist of numbers only.
 template <class T>
 static bool same(const T &a, const T &b) {
   return std::memcmp(&a, &b, sizeof a) == 0;
@@ -106,7 +106,7 @@ static void tips(Case &c) {
   DO(lw_robot_rates(c.r, c.left, c.twist.data(), x.data(), 13, residual.data()));
   CHECK(same(residual, c.robot.rates(c.left, c.twist, y)) && same(x, y));
 
-  // Goals say in C++ what their numbers say in C.
+  // The functions for goals must give the same numbers as a goal that is written field by field.
   const LwPose at{{0.6, 0.3, 0.5}, {0, 0, 0, 1}};
   LwGoal goal{at, {1, 1}, LW_GOAL_POSITION | LW_GOAL_PLANE | LW_GOAL_AXIS, {1, 0, 0}, {0, 0, 1}, {0, 0, -1}, 0.2};
   const LwGoal plane = axis_along(on_plane(pose_goal(at), {1, 0, 0}), {0, 0, 1}, {0, 0, -1}, 0.2);
@@ -156,7 +156,7 @@ static void together(Case &c) {
   x = y = c.q;
   DO(lw_whole_body_ik_best(c.r, search.get(), goals.data(), 2, &prefer, nullptr, x.data(), 13, &best));
   CHECK(of(best) == of(search.best(c.robot, goals, prefer, y)) && same(x, y));
-  // What is kept stays.
+  // Kept degrees of freedom do not move.
   search.keep(c.robot, c.right);
   y = c.q;
   search.solve(c.robot, Span<const LwTipGoal>(goals).first(1), y);
@@ -288,7 +288,7 @@ static void hands(Case &c) {
   c.robot.mass_matrix_with_object(c.pliers, N);
   CHECK(same(M, N));
   c.robot.ungrasp(c.pliers);
-  // On the jaw, by C and by C++: at the same place.
+  // Attached to the jaw by C and by C++, the beam is at the same place.
   LwPose by_c;
   const LwPose on_jaw{{0.1, 0.2, 0.3}, {0, 0, 0, 1}};
   DO(lw_robot_attach(c.r, c.beam, c.pliers, jaw, &on_jaw));
@@ -298,7 +298,7 @@ static void hands(Case &c) {
   CHECK(same(c.robot.object_pose(c.beam).position, by_c.position));
   c.robot.detach(c.beam);
   refused(LW_STATUS_NOT_HELD, [&] { c.robot.detach(c.beam); });
-  // As the Rust side has them.
+  // Restore the state that the Rust test has.
   c.robot.put(c.beam, {{0, 0, 0}, {0, 0, 0, 1}});
   c.robot.set_object_q(c.pliers, Numbers{0.0});
 }
@@ -425,13 +425,14 @@ static void numbers() {
   CHECK(left == bounded(normal, right, -1, 2.5, t) && same(s, t) && t[1] == 2.5);
 }
 
-// A mechanism without a file, its rules and its coarse shapes: three balls in a row on sliders, the first carries the others.
+// The mechanism is made without a file, with rules and coarse shapes: three balls in a row on sliders, of which the
+// first carries the others.
 static void mechanisms() {
   const std::array<double, 9> inertia{0.02, 0, 0, 0, 0.03, 0, 0, 0, 0.025};
   const std::array<double, 3> center{0.01, -0.02, 0.03};
   const LwHinge slide{LW_HINGE_SLIDER, {1, 0, 0}, {}, 0};
   Builder builder;
-  builder.keep_closures();  // There are none: the same tree.
+  builder.keep_closures();  // The mechanism has no closures, so this changes nothing.
   builder.body("a", "world", slide, 1, center, inertia).body("b", "a", slide, 1, center, inertia);
   builder.body("c", "b", slide, 1, center, inertia, LwPose{{0, 0, 0}, {0, 0, 0, 1}}).limits("b", -2, 3, 0.5);
   for (const char *name : {"a", "b", "c"}) builder.shape(std::string("in ") + name, name, {LW_SHAPE_SPHERE, {0.1, 0, 0}});
@@ -455,13 +456,13 @@ static void mechanisms() {
   CHECK(turns.in_q == in_q && turns.q_count == q_count && turns.in_v == in_v && turns.v_count == v_count);
   CHECK(q_count == 4 && v_count == 3);
   CHECK(model.limits().first[1] == -2 && model.limits().second[1] == 3);
-  // c is on a, b elsewhere; then b on a.
+  // First c is on a, and b is elsewhere; then b is on a.
   Robot robot(model);
   const Numbers c_on_a{0, 1, -1}, b_on_a{0, 0, 1}, near{0, 1, 0.35};
   CHECK(!robot.collides(c_on_a) && robot.collides(b_on_a) && !robot.collides(near));
   Robot both(builder.collide("a", "c").model());
   CHECK(both.collides(c_on_a));
-  // The cube of c reaches 0.3 from its origin on: to b, which is 0.35 farther, with a ball of 0.1.
+  // The cube of c ends 0.3 from its origin. It touches b, which is 0.35 away and has a ball of 0.1.
   both.set_detail(LW_DETAIL_COARSE);
   const Numbers before{-1, 1, -0.35};
   CHECK(both.collides(before));

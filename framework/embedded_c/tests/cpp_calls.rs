@@ -27,7 +27,7 @@ fn calls_of_cpp_say_what_those_of_c_say() {
         call.arg(folder().join("include")).arg(folder().join("tests/calls.cpp"));
         call
     };
-    // Also with the spans of the standard library.
+    // The header must also compile with the spans of the standard library.
     let later = compiler("-std=c++20").arg("-fsyntax-only").output().unwrap();
     assert!(later.status.success(), "{}", String::from_utf8_lossy(&later.stderr));
     let built = compiler("-std=c++17")
@@ -39,7 +39,7 @@ fn calls_of_cpp_say_what_those_of_c_say() {
     assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
     let ran = Command::new(&program).arg(&file).output().unwrap();
     assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
-    // The overloads are the intended ones.
+    // The program must call the intended overloads.
     let two = Two::new();
     let mut wanted = Vec::new();
     // SAFETY: valid handles of the library, arrays of the lengths given.
@@ -82,12 +82,12 @@ fn names(text: &str) -> Vec<&str> {
 fn every_function_has_a_wrapper_and_tests() {
     let read = |path: PathBuf| std::fs::read_to_string(path).unwrap();
     let header = read(folder().join("include/linkwork/robot.h"));
-    // Only declarations, not names in comments.
+    // Count declarations only, and not names in comments.
     let code: Vec<&str> = header.lines().filter(|l| !l.trim_start().starts_with("//")).collect();
     let code = code.join("\n");
     let functions = names(&code);
     assert!(functions.len() > 100, "{}", functions.len());
-    // Everything that the README names exists.
+    // Everything that the README names must exist.
     let page = read(folder().join("README.md"));
     let named = names(&page);
     assert!(named.len() > 60, "{}", named.len());
@@ -103,9 +103,9 @@ fn every_function_has_a_wrapper_and_tests() {
     }
     let tested = names(&tests);
     for f in functions {
-        // The version is a text that does not need a wrapper.
+        // The version is a constant text, which does not need a wrapper.
         assert!(f == "lw_version" || wrapped.contains(&f), "{f} has no wrapper in robot.hpp");
-        // Texts of codes are tested elsewhere.
+        // The texts of codes are tested elsewhere.
         assert!(tested.contains(&f) || f == "lw_status_text", "{f} has no test");
     }
 }

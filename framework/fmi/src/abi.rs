@@ -60,8 +60,8 @@ macro_rules! table {
             /// Loads the functions.
             pub fn of(library: &Library, file: &str) -> Result<Self, Refusal> {
                 $(
-                    // SAFETY: the type is the header's type of a function with this name; a library with another function under this name is not an
-                    // FMU.
+                    // SAFETY: the header defines this type for a function with this name; a library with another
+                    // function under this name is not an FMU.
                     let $field = unsafe { library.get::<$ty>(concat!($prefix, $symbol, "\0").as_bytes()) };
                     let $field = *$field.map_err(|_| missing(file, concat!($prefix, $symbol)))?;
                 )*

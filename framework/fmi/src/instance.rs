@@ -58,8 +58,8 @@ pub(crate) struct Instance {
     bytes: Vec<u8>,
 }
 
-// SAFETY: an instance is used by one thread at a time (every operation takes `&mut self`), which is
-// what the standard asks for; the log is shared only with calls of that thread and behind a mutex.
+// SAFETY: an instance is used by one thread at a time (every operation takes `&mut self`), as the
+// standard requires; the log is shared only with calls of that thread and is behind a mutex.
 unsafe impl Send for Instance {}
 
 pub(crate) type Result<T> = std::result::Result<T, Box<Failure>>;
@@ -128,8 +128,8 @@ impl Instance {
                     environment,
                 }));
                 let kind = c_int::from(kind == Kind::CoSimulation);
-                // SAFETY: strings and callbacks live until the instance is freed, or longer than
-                // this call where the standard lets the unit keep no reference.
+                // SAFETY: strings and callbacks live until the instance is freed, or for this call
+                // if the standard does not permit the unit to keep a reference.
                 unsafe {
                     (f.instantiate)(
                         label.as_ptr(),
@@ -148,7 +148,8 @@ impl Instance {
                     Kind::CoSimulation => {
                         let make = there(f.instantiate_cs, "fmi3InstantiateCoSimulation")?;
                         let events = has_events(unit);
-                        // SAFETY: as above; early return with event mode alone, no intermediate update.
+                        // SAFETY: as above; early return is permitted only with event mode, and
+                        // intermediate updates are disabled.
                         unsafe {
                             make(
                                 label.as_ptr(),
@@ -553,8 +554,8 @@ impl Instance {
             Functions::V2(f) => {
                 let call = there(f.completed_step, "fmi2CompletedIntegratorStep")?;
                 let (mut event, mut end) = (0, 0);
-                // SAFETY: room for two answers. A state may be set back later, so the first flag is
-                // false.
+                // SAFETY: room for two answers. The first flag is false, because the simulation may
+                // restore an earlier state.
                 let status = unsafe { call(self.raw, 0, &mut event, &mut end) };
                 self.check(status, "CompletedIntegratorStep")?;
                 (event != 0, end != 0)

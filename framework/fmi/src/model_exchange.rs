@@ -183,7 +183,7 @@ impl Block for Continuous {
         let Continuous { live, w, work } = self;
         let x = if work.x.is_empty() { &[][..] } else { &x[w.x..w.x + work.x.len()] };
         live.get_mut().with(now.t, |unit, _, part| {
-            // Inputs are not known yet, and these outputs do not depend on them.
+            // The inputs are not known yet, but these outputs do not depend on them.
             work.place(unit, part, now.t, x)?;
             let slots = &part.ports.outputs[0];
             let lanes: usize = slots.iter().map(|s| s.size).sum();
@@ -192,7 +192,7 @@ impl Block for Continuous {
     }
     fn feedthrough(&mut self, now: &EvalTime, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
         let yd = self.w.yd;
-        // Inputs first, because outputs are slots of the same signal array.
+        // Read the inputs first, because the outputs are slots of the same signal array.
         let Continuous { live, w, work } = self;
         work.gather(w, sig);
         let x = if work.x.is_empty() { &[][..] } else { &x[w.x..w.x + work.x.len()] };
@@ -245,7 +245,7 @@ impl Block for Continuous {
         self.at(now, x, sig, |unit, saved, part, u| {
             let n = part.ports.indicators;
             unit.indicators(&mut values[..n])?;
-            // The work of a tick or event is done, so the step that led here is complete.
+            // A tick or event follows a complete step, so report the completed step to the unit.
             if now.evaluation == Evaluation::Tick && !saved.asks {
                 let told = saved.completed.is_some_and(|t| t >= now.t);
                 if part.unit.interface.completed_step && !told {

@@ -36,7 +36,7 @@ impl Ports {
 pub(crate) fn port_name(name: &str) -> String {
     let plain: String =
         name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '_' }).collect();
-    // `a[1]` → `a_1`, `der(x)` → `der_x`.
+    // The names change as `a[1]` → `a_1`, `der(x)` → `der_x`.
     let plain = plain.trim_end_matches('_').to_string();
     match plain.chars().next() {
         None => "v".into(),
@@ -107,7 +107,8 @@ pub(crate) fn ports(
         kind == Kind::ModelExchange
             && !(v.kind.is_float() && v.variability == Variability::Continuous)
     };
-    // The names of inputs with feedthrough that may change between events, for each output.
+    // Names of the inputs with feedthrough to an output. Only inputs that may change between events
+    // count.
     let mut direct: BTreeSet<&str> = BTreeSet::new();
     let mut sees = |k: usize| -> bool {
         if kind == Kind::CoSimulation {

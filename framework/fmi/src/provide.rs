@@ -318,7 +318,7 @@ pub unsafe fn free_instance(instance: *mut c_void) {
         let dropped = catch_unwind(AssertUnwindSafe(|| unsafe {
             drop(Box::from_raw(instance.cast::<Provided>()));
         }));
-        // The importer can no longer receive messages.
+        // A panic cannot be reported, because the importer no longer receives messages.
         let _ = dropped.is_err();
     }
 }

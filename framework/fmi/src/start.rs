@@ -202,7 +202,7 @@ fn quantity(v: &FmiVariable, text: &str) -> Result<f64, Refusal> {
         return number(v, &Value::Number(x));
     }
     let measure = v.unit.as_ref();
-    // The unit name of the file, if Linkwork does not know it.
+    // Try the unit name of the file if Linkwork does not know the unit.
     if let Some((own, (_, factor, offset))) = measure.and_then(|u| Some((&u.name, u.base?)))
         && own == unit
     {

@@ -68,12 +68,12 @@ impl Unit {
         let interface = interface(&description, kind, name)?;
         let inside = archive.library(description.version, &interface)?;
         let folder = archive.unpack()?;
-        // Units may expect this folder, even if it is empty.
+        // A unit may require this folder, even if it is empty.
         let resources = folder.path().join("resources");
         std::fs::create_dir_all(resources)
             .map_err(|e| Refusal::new(format!("`{name}` cannot be unpacked: {e}")))?;
-        // SAFETY: running the code of a unit is what the user asked for by naming it: it runs with
-        // all rights of this process, as the documentation of the parameter says.
+        // SAFETY: the user requested the execution of the unit's code by naming the unit. It runs
+        // with all rights of this process, as the documentation of the parameter says.
         let library = unsafe { Library::new(folder.path().join(&inside)) }.map_err(|e| {
             let tool = if interface.needs_tool { ": it needs another program" } else { "" };
             Refusal::new(format!("`{inside}` of `{name}` cannot be loaded{tool}: {e}"))

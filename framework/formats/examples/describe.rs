@@ -121,7 +121,7 @@ fn joint(mbs: &Multibody, j: &linkwork_formats::Joint) -> Value {
 /// Returns the pairs of named collision shapes on different bodies that collide.
 fn contacts(d: &Description, mbs: &Multibody) -> Vec<[String; 2]> {
     let classes = d.collision_classes();
-    // Welded bodies count as one.
+    // Bodies that are welded together count as one.
     let top = |name: &str| -> String {
         let mut at = mbs.body(name);
         while let Some(b) = at.filter(|b| mbs.get(*b).v().is_empty()) {
@@ -253,7 +253,8 @@ fn one(
     };
     match sub.subhinge.kind {
         SubhingeKind::Ball => {
-            // Alone, or the last of the four subhinges of a free joint with armature.
+            // A ball is alone, or it is the last of the four subhinges of a free joint with
+            // armature. Its quaternion is at the end in both cases.
             let from = given.len() - 4;
             q[sub.q.clone()].copy_from_slice(&turn(&given[from..]));
             identity(rates);

@@ -338,7 +338,7 @@ impl Description {
     #[must_use]
     pub fn coordinates(&self) -> BTreeMap<&str, HingeCoordinate> {
         let one = |j: &Joint| HingeCoordinate { body: j.body.clone(), subhinge: j.subhinge };
-        // The first of several joints with one name is used, as in `coordinate`.
+        // If several joints have the same name, the first one is used, as in `coordinate`.
         let all = self.joints.iter().rev().filter(|j| j.count == 1);
         all.map(|j| (j.name.as_str(), one(j))).collect()
     }

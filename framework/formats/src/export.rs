@@ -296,7 +296,8 @@ impl<'d> Writer<'d> {
             let _ = writeln!(inside, "    <axis xyz=\"{}\"/>", three(&axis));
             inside.push_str(&limit(kind, &l));
         }
-        // The hinge has priority over the joint of the original file.
+        // The damping and friction of the hinge have priority over the values of the joint in the
+        // original file.
         let or = |own: f64, said: Option<f64>| if own != 0.0 { own } else { said.unwrap_or(0.0) };
         let damping = or(s.damping, data.map(|j| j.damping));
         let friction = or(s.friction.force, data.map(|j| j.friction));

@@ -21,7 +21,7 @@ pub(crate) fn apply(
     let used = ["mu", "mu1", "mu2", "springStiffness", "springReference"];
     for e in root.children.iter().filter(|c| c.name == "gazebo") {
         if !e.children.iter().any(|c| used.contains(&c.name.as_str())) {
-            continue; // the whole block is listed
+            continue; // the whole block is listed as unused
         }
         let Some(name) = e.attr("reference") else { continue };
         let what = format!("<gazebo reference=\"{name}\">");

@@ -139,7 +139,7 @@ pub const LARGEST_FILE: u64 = 1 << 30;
 /// The reason why it cannot be read.
 pub fn whole_file(path: &Path) -> Result<Vec<u8>, String> {
     use std::io::Read;
-    // Check before opening: opening a pipe waits for its writer.
+    // Check before opening, because opening a pipe blocks until it has a writer.
     if !path.metadata().map_err(|e| e.to_string())?.is_file() {
         return Err("it is not a regular file".into());
     }
@@ -271,7 +271,7 @@ impl<'a> Cx<'a> {
             return None;
         }
         let scaled = n / scale;
-        // A unit vector keeps its digits.
+        // Do not change the digits of a unit vector.
         let unit = scale < 2.0 && (n.norm_squared() - 1.0).abs() <= 8.0 * f64::EPSILON;
         if unit { Some(n) } else { Some(scaled / scaled.norm()) }
     }
@@ -407,7 +407,7 @@ fn nearest(
         return Some((mass, "used unchanged"));
     }
     let mut moments = mass.inertia_com.symmetric_eigen();
-    // Rounding errors of a zero inertia are treated as the zero inertia of a point.
+    // Round-off of a zero inertia is treated as the zero inertia of a point.
     let point = moments.eigenvalues.amax() < POINT * mass.mass;
     if !(moments.eigenvalues.max() > 0.0 || point) {
         return None;
@@ -460,7 +460,8 @@ pub(crate) fn report_massless<'e>(
     let moves = |b: &BodySpec| b.hinge.nv() > 0;
     let mut mass: Vec<f64> = vec![0.0; bodies.len()];
     for b in bodies {
-        // Up to the body that carries this one rigidly; a circle has already been reported.
+        // Go inboard to the body that moves with this one rigidly. A circle has already been
+        // reported.
         let (mut at, mut steps) = (b, 0);
         while !moves(at)
             && steps <= bodies.len()

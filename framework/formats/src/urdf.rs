@@ -99,7 +99,8 @@ impl<'e> Urdf<'e> {
             }
         }
         let mut joints: BTreeMap<&str, &Element> = BTreeMap::new();
-        // Only a joint with a parent element: the <joint> of a transmission is different.
+        // Read only joints with a parent element, because the <joint> of a transmission is
+        // different.
         for e in root.all("joint") {
             let Some(name) = cx.required(e, "name", "a <joint>") else { continue };
             match joints.get(name) {
@@ -145,7 +146,8 @@ impl<'e> Urdf<'e> {
         self.rings(cx);
         let roots: Vec<&str> =
             self.links.keys().copied().filter(|l| !self.movers.contains_key(l)).collect();
-        // An invalid joint makes its child look like a root.
+        // An invalid joint makes its child look like a root, so report several roots only without
+        // other faults.
         if roots.len() > 1 && cx.faults.is_empty() {
             let names = roots.iter().map(|r| (*r).to_owned()).collect();
             let second = self.links[roots[1]];
@@ -161,7 +163,7 @@ impl<'e> Urdf<'e> {
     }
 
     fn rings(&self, cx: &mut Cx<'_>) {
-        // The first walk that reached a link.
+        // For each link, the number of the first walk that reached it.
         let mut walks: BTreeMap<&str, usize> = BTreeMap::new();
         for (n, &start) in self.links.keys().enumerate() {
             let (mut path, mut at) = (Vec::new(), Some(start));
@@ -411,7 +413,7 @@ fn limits(cx: &mut Cx<'_>, joint: &Element, what: &str, position: Position) -> L
         return Limits::NONE;
     };
     let what = format!("{what}: <limit>");
-    // The export writes the greatest double for no limit.
+    // Linkwork's export writes the greatest double for a missing limit.
     let endless = |x: f64| if x.abs() == f64::MAX { x.signum() * f64::INFINITY } else { x };
     // Some files contain words instead, which are not part of the format.
     let words = |name: &str| match e.attr(name) {

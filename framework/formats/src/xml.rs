@@ -502,7 +502,7 @@ fn alone(node: roxmltree::Node<'_, '_>, file: &Rc<str>, lines: &Lines<'_>) -> El
         let name = prefixed(a.namespace(), a.name());
         Attribute { name, value: a.value().to_owned(), line, column, used: Cell::new(false) }
     });
-    // An element between two texts separates them: <cn>1.2<sep/>-3</cn>.
+    // An element between two texts separates them, as in <cn>1.2<sep/>-3</cn>.
     let text: String = (node.children())
         .filter_map(|c| if c.is_element() { Some(" ") } else { c.text().filter(|_| c.is_text()) })
         .collect();

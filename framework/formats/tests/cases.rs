@@ -112,7 +112,7 @@ fn a_range_from_a_number_to_itself_takes_the_limits_of_the_class_away() {
     );
     let no_auto = text("").replace("<mujoco>", "<mujoco><compiler autolimits=\"false\"/>");
     assert!(refused(&no_auto).contains("`range` and no `limited`"), "{}", refused(&no_auto));
-    // The largest angle of a ball.
+    // The range of a ball gives its largest angle.
     assert_eq!(
         subhinge(&mjcf(&text("type=\"ball\" range=\"0 40\"")), "swing").ball.angle,
         40f64.to_radians()
@@ -241,21 +241,22 @@ fn meshes_have_the_mass_that_mujoco_gives_them() {
     close(m, 2366.02540378, 1e-11);
     close(c.x, 0.26289171, 1e-7);
     close(J.trace(), 394.3375673 + 2.0 * 245.28130608, 1e-9);
-    // An L of two boxes: 0.2 × 0.1 × 0.1 at the origin and 0.1 × 0.2 × 0.1 on its end.
+    // The mesh is an L of two boxes: 0.2 × 0.1 × 0.1 at the origin and 0.1 × 0.2 × 0.1 on its end.
     let l = r#"vertex="0 0 0 0.2 0 0 0.2 0.1 0 0.1 0.1 0 0.1 0.3 0 0 0.3 0 0 0 0.1 0.2 0 0.1 0.2 0.1 0.1 0.1 0.1 0.1 0.1 0.3 0.1 0 0.3 0.1"
         face="0 2 1 0 3 2 0 5 3 5 4 3 6 7 8 6 8 9 6 9 11 11 9 10 0 1 7 0 7 6 1 2 8 1 8 7 2 3 9 2 9 8 3 4 10 3 10 9 4 5 11 4 11 10 5 0 6 5 6 11""#;
     close(of(&format!(r#"inertia="exact" {l}"#), "").0, 4.0, 1e-12);
     assert!(of(l, "").0 > 4.01, "{}", of(l, "").0);
-    // The hull: an L with its inner corner filled, 1 kg more; and only vertices.
+    // The convex hull of the L fills its inner corner, which adds 1 kg. A mesh without faces is its
+    // hull, too.
     close(of(&format!(r#"inertia="convex" {l}"#), "").0, 5.0, 1e-12);
     let alone = r#"vertex="0 0 0 1 0 0 0 1 0 0 0 1 0.1 0.1 0.1 0.5 0.5 0""#;
     close(of(alone, "").0, 1000.0 / 6.0, 1e-12);
-    // Bounds of the compiler.
+    // The compiler sets lower bounds of mass and inertia.
     let (m, _, J) = of(TETRA, r#"<compiler boundmass="200" boundinertia="12"/>"#);
     close(m, 200.0, 1e-15);
     let least = J.symmetric_eigenvalues().min();
     close(least, 12.0, 1e-12);
-    // The default type of a geom is `sphere`, also with a mesh.
+    // The default type of a geom is `sphere`, even if it has a mesh.
     let fitted = format!(
         r#"<mujoco><asset><mesh name="m" {TETRA}/></asset><worldbody><body name="b"><joint/><geom mesh="m"/></body></worldbody></mujoco>"#
     );
@@ -494,7 +495,7 @@ fn placement_frames_and_merged_models_are_where_the_file_says() {
     let mbs = d.builder.build().unwrap();
     let at = |body: &str| mbs.body_poses(&mbs.neutral_q())[mbs.body(body).unwrap().index()];
     assert!((at("b").position - Vec3::new(0.3, 0.0, 1.0)).amax() < 1e-15);
-    // y of the merged model is z of the containing model.
+    // The y axis of the merged model is the z axis of the containing model.
     let b = d.builder.bodies().iter().find(|b| b.name == "b").unwrap();
     let axis =
         at("b").rotation * b.hinge_in_body.rotation * b.hinge.subhinges[0].kind.axis().unwrap();

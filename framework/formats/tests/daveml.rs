@@ -75,10 +75,12 @@ fn tables_and_formulas_give_what_they_say() {
         (v.units.as_str(), v.sign.as_str(), v.role, v.standard),
         ("deg", "ANU", Role::Input, true)
     );
-    // A variable without a value and a formula is an input, even if it is not marked as one.
+    // A variable that has neither a value nor a formula is an input, even if it is not marked as
+    // one.
     assert_eq!(m.variables[m.find("MACH").unwrap()].role, Role::Input);
     assert_eq!(m.variables[m.find("K").unwrap()].role, Role::Constant);
-    // Corners, the middle, and outside: clamped in alpha, extrapolated only upwards in Mach.
+    // Evaluate at corners, in the middle and outside: values are clamped in alpha and extrapolated
+    // only upwards in Mach.
     let cases: [(f64, f64, f64, f64); 6] = [
         (-10.0, 0.2, -1.0, 0.0),
         (20.0, 0.8, 3.0, 0.0),
@@ -90,7 +92,7 @@ fn tables_and_formulas_give_what_they_say() {
     for (alpha, mach, want, inside) in cases {
         let (y, margin) = at(&m, alpha, mach, "CL0");
         assert!((y - want).abs() < 1e-14, "{alpha} {mach}: {y} {want}");
-        // The floor table has breakpoints 0 to 2.
+        // The table `floor` has breakpoints from 0 to 2.
         assert!(
             (margin - inside.min(mach / 2.0).min(1.0 - mach / 2.0)).abs() < 1e-14,
             "{alpha} {mach}: {margin}"
@@ -104,7 +106,7 @@ fn tables_and_formulas_give_what_they_say() {
     for (mach, want) in [(0.0, 5.0), (0.99, 5.0), (1.0, 6.0), (2.0, 7.0), (3.0, 7.0)] {
         assert_eq!(at(&m, 0.0, mach, "LINE").0, want, "{mach}");
     }
-    // Elements without effect are listed, with their lines.
+    // Elements that have no effect are listed with their lines.
     let told: Vec<String> = m.ignored.iter().map(ToString::to_string).collect();
     assert!(told.iter().any(|t| t.contains("provenance")), "{told:?}");
     assert!(!told.iter().any(|t| t.contains("variableDef")), "{told:?}");
@@ -188,7 +190,7 @@ fn mistakes_are_told_with_place_fact_and_remedy() {
             assert!(text.contains(phrase), "{new}: {phrase:?} is not in\n{text}");
         }
     }
-    // Several at once.
+    // Several mistakes are reported at once.
     let two = FILE.replace("-10, 0, 20", "-10, x, 20").replace("<cn>0.5</cn>", "<cn>half</cn>");
     assert!(read_dave(&two, "wing.dml").unwrap_err().faults.len() >= 2);
 }
@@ -233,7 +235,7 @@ fn points_without_a_grid_make_tables_of_one_and_of_two_variables() {
         let inside = m.evaluate(&mut v);
         (v[m.find("CL").unwrap()], v[m.find("CD").unwrap()], inside)
     };
-    // At points, between them, at `max`, and outside, where the nearest edge is used.
+    // Evaluate at points, between them, at `max`, and outside, where the nearest edge is used.
     for (mach, alpha, lift, drag) in [
         (1.0, 5.0, 0.7, 0.05),
         (0.5, -5.0, -0.5, 0.035),
@@ -248,7 +250,8 @@ fn points_without_a_grid_make_tables_of_one_and_of_two_variables() {
         assert!((found - lift).abs() < 1e-13, "{mach} {alpha}: {found} {lift}");
         assert!((line - drag).abs() < 1e-14, "{mach}: {line} {drag}");
     }
-    // Distance to the edge, as a share of the width: 1.5 and 20 deg; the line extends from 0 to 2.
+    // The margin is the distance to the edge as a share of the width (1.5 and 20 deg); the line
+    // extends from 0 to 2.
     assert!((at(1.0, 5.0).2 - 1.0 / 3.0).abs() < 1e-14);
     assert!((at(0.5, 5.0).2).abs() < 1e-14 && (at(0.35, 5.0).2 + 0.1).abs() < 1e-14);
     assert!(m.ignored.is_empty(), "{:?}", m.ignored);

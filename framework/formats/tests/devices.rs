@@ -262,7 +262,7 @@ fn sensors_of_force_and_torque_are_loads_of_the_hinge_of_their_body() {
             panic!("{device:?}")
         };
         assert_eq!(body, "link");
-        // The frame of the hinge on the body is turned by `ref`, against the body.
+        // `ref` rotates the frame of the hinge on the body backwards.
         let (p, turn) = (frame.position, frame.rotation.angle());
         let r = 20f64.to_radians();
         assert!((p.x - 0.1 * r.cos()).abs() < 1e-15 && (p.y + 0.1 * r.sin()).abs() < 1e-15, "{p}");

@@ -23,7 +23,7 @@ impl Rng {
         Vec3::new(self.signed(), self.signed(), self.signed())
     }
     fn pose(&mut self) -> Pose {
-        // Every fourth at a pitch of ±90°, where roll and yaw are not distinguishable.
+        // Every fourth pose has a pitch of ±90°, where roll and yaw cannot be distinguished.
         let turn = match self.bits() % 4 {
             0 => Quat::from_euler_angles(
                 self.signed(),
@@ -82,7 +82,8 @@ fn machine(seed: u64) -> Description {
 fn coordinates(of: &Multibody, like: &Multibody) -> (Vec<usize>, Vec<usize>) {
     let (mut q, mut v) = (Vec::new(), Vec::new());
     for b in of.bodies() {
-        // The body's own hinge there, with the links between it and the parent body here.
+        // Collect the body's hinge in the other mechanism, with the dummy links between it and the
+        // parent body in this one.
         let mut parts = Vec::new();
         let mut at = like.body(b.name());
         while let Some(id) = at {
@@ -126,7 +127,7 @@ fn random_machines_come_back_with_the_same_poses_and_mass_matrix() {
             let e = turn.max((X.position - Y.position).amax());
             assert!(e < 1e-14, "seed {seed}, {}: {e:e}", b.name());
             worst_pose = worst_pose.max(e);
-            // Masses, axes and limits keep every digit.
+            // Masses, axes and limits keep all digits.
             assert_eq!(b.mass_properties(), two.get(two.body(b.name()).unwrap()).mass_properties());
         }
         let matrix = |mbs: &Multibody, q: &[f64]| {
@@ -172,7 +173,7 @@ fn a_description_with_shapes_joints_and_mimics_comes_back() {
     assert_eq!(first.shapes[0].color, second.shapes[0].color);
     assert_eq!(first.couplings, second.couplings);
     assert_eq!(first.joint("shoulder"), second.joint("shoulder"));
-    // Written twice, it is the same text.
+    // Writing twice gives the same text.
     assert_eq!(
         write_urdf(&second).unwrap().text,
         write_urdf(&read_urdf(&written.text, &ReadOptions::default()).unwrap()).unwrap().text
@@ -208,7 +209,7 @@ fn what_urdf_cannot_say_is_refused_or_told() {
     let geared = with(Hinge::pin(Vec3::x()).armature(0.1).gear(20.0).prescribed());
     let written = write_urdf(&geared).unwrap();
     assert_eq!(written.left_out.len(), 3, "{:?}", written.left_out);
-    // There, a node is a separate link.
+    // In URDF, a node is a separate link.
     let back = read_urdf(&written.text, &ReadOptions::default()).unwrap();
     let tip = back.builder.bodies().iter().find(|b| b.name == "tip").unwrap();
     assert_eq!((tip.parent.as_str(), tip.hinge_in_parent), ("a", Pose::translation(1.0, 2.0, 3.0)));
@@ -216,7 +217,7 @@ fn what_urdf_cannot_say_is_refused_or_told() {
 
 #[test]
 fn mujoco_s_chains_become_links_of_urdf() {
-    // The lab contains a ball; without it, everything else is written.
+    // The lab contains a ball, which URDF cannot express; without it, everything is written.
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/lab.xml");
     let mut d = read_file(path, &ReadOptions::default()).unwrap();
     assert!(matches!(write_urdf(&d).expect_err("ball").faults[..], [ExportFault::Ball { .. }]));

@@ -38,7 +38,8 @@ fn the_work_is_linear_in_the_number_of_links() {
             |text: &str| drop(linkwork_formats::read_text(text, &ReadOptions::default()).unwrap());
         let (few, many) = (seconds(&|| read(&small)), seconds(&|| read(&large)));
         println!("{name}: {few} s for 1000 links, {many} s for 8000");
-        // Eight times the links: eight times the work and some more for caches; quadratic work would be 64 times as much.
+        // Eight times as many links take eight times the work, and some more for cache misses. Quadratic work would be
+        // 64 times as much.
         assert!(many < 24.0 * few, "{name}: {few} and {many} s");
     }
     let d = read_urdf(&urdf(8000), &ReadOptions::default()).unwrap();

@@ -48,7 +48,7 @@ fn written_heights_have_their_rows_turned_and_their_range_scaled() {
     close(&heights, &[0.4, 0.45, 1.0, 0.55, 0.2, 0.25, 0.3, 0.35, 0.0, 0.05, 0.1, 0.15]);
     let place = d.shapes[0].pose.position;
     assert_eq!([place.x, place.y, place.z], [0.1, 0.2, 0.3]);
-    // Only the surface collides, which is a warning.
+    // Only the surface collides, and not the base; this is a warning.
     assert!(
         d.ignored.iter().any(|i| i.what.contains("its base do not collide")),
         "{:?}",

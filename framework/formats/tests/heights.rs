@@ -75,7 +75,8 @@ fn every_geotiff_of_gdal_has_its_heights_and_its_place() {
 
 #[test]
 fn pixels_that_are_points_and_feet_are_where_they_are() {
-    // GDAL writes a tie point at the centre of a point pixel: the node is the same.
+    // GDAL writes the tie point at the centre of a point pixel, so the node is at the same
+    // position.
     let point = file("f32_point.tif", &HeightsOptions::default()).unwrap();
     is_made("points", &point, true, 0.0);
     assert_eq!(point.origin, [1001.25, 1886.0]);
@@ -90,7 +91,7 @@ fn pixels_that_are_points_and_feet_are_where_they_are() {
 
 #[test]
 fn heights_in_feet_are_metres() {
-    // The unit of the band; the unit of the vertical reference system.
+    // The first file has the unit in its band, the second in its vertical reference system.
     for name in ["f64_unit_feet.tif", "f64_vertical_feet.tif"] {
         is_made(name, &file(name, &HeightsOptions::default()).unwrap(), true, 1e-5);
     }
@@ -117,7 +118,7 @@ fn heights_far_from_zero_keep_their_digits() {
     // At the radius of the Moon, the resolution of 32 bits is 12.5 cm.
     for name in ["f64_radius.tif", "i16_radius_offset.tif"] {
         let mut h = file(name, &HeightsOptions::default()).unwrap();
-        // The first height in the file is -10 m, of a radius of 1737400 m.
+        // The first height in the file is 10 m below the radius of 1737400 m.
         assert_eq!(h.datum, 1_737_390.0, "{name}");
         h.heights.iter_mut().for_each(|h| *h -= 10.0);
         is_made(name, &h, true, 0.0);
@@ -140,10 +141,11 @@ fn the_southern_row_may_come_first() {
 fn nodes_that_are_degrees_apart_have_metres_from_the_ellipsoid() {
     let h = file("f32_degrees_mars.tif", &HeightsOptions::default()).unwrap();
     is_made("degrees", &h, true, 0.0);
-    // pyproj 3.7.2, `Geod(a=3396190, rf=169.894447223612)`: 0.01 degrees of longitude at 18.45 degrees of latitude, and of latitude around it.
+    // Reference: pyproj 3.7.2, `Geod(a=3396190, rf=169.894447223612)`, 0.01 degrees of longitude at 18.45 degrees of
+    // latitude, and 0.01 degrees of latitude around it.
     let wanted = [562.610_7, 586.824_2];
     assert!((0..2).all(|k| (h.spacing[k] - wanted[k]).abs() < 2e-3), "{:?}", h.spacing);
-    // An ASCII grid with a spacing of seconds of arc is rejected without a projection.
+    // An ASCII grid with a spacing of arc seconds is rejected if it has no projection.
     let seconds = "ncols 2\nnrows 2\nxllcorner -118\nyllcorner 34\ncellsize 0.0002777\n1 2\n3 4\n";
     let told = alone("a.asc", seconds.as_bytes()).unwrap_err().to_string();
     assert!(told.contains("degrees apart"), "{told}");
@@ -164,7 +166,8 @@ fn grids_and_points_as_text_are_the_same_heights() {
     let h = file("grid.asc", &HeightsOptions::default()).unwrap();
     is_made("grid.asc", &h, true, 0.0);
     assert_eq!((h.spacing, h.origin), ([2.5, 4.0], [1001.25, 1886.0]));
-    // GDAL writes the no-data value of the hole into the list of points, which does not declare it.
+    // For the hole, GDAL writes the no-data value into the list of points, which does not declare
+    // this value.
     let told = file("grid.xyz", &HeightsOptions::default()).unwrap_err().to_string();
     assert!(told.contains("-9999") && told.contains("leave the points out"), "{told}");
     let text = std::fs::read_to_string(data().join("grid.xyz")).unwrap();
@@ -304,7 +307,8 @@ fn images_of_pds3_have_their_heights_in_every_type() {
     ];
     for (kind, bits, bytes, missing) in cases {
         let more = format!("{scale} MISSING_CONSTANT = {missing}");
-        // Detached, with the name in capitals; attached by record; attached by byte; in another record of a file.
+        // Test a detached label with the name in capitals, and images attached by record, by byte, and in another
+        // record of a file.
         let detached = label("^IMAGE = \"DATA.IMG\"", kind, bits, &more);
         let mut asked = String::new();
         let h =
@@ -328,7 +332,7 @@ fn images_of_pds3_have_their_heights_in_every_type() {
         let shifted = [vec![7; 200], bytes.clone()].concat();
         let h = read("x.lbl", second.as_bytes(), &shifted).unwrap();
         is_made(kind, &h, true, 0.0);
-        // The file name is the name of the image, and its label is in the same folder.
+        // If the file name is the name of the image, its label is in the same folder.
         let whole = label("^IMAGE = \"X.IMG\"", kind, bits, &more);
         is_made(kind, &read("x.img", &bytes, whole.as_bytes()).unwrap(), true, 0.0);
     }
@@ -427,7 +431,7 @@ fn texts_are_refused_with_their_line() {
         let told = alone("a.asc", asc.replace(from, to).as_bytes()).unwrap_err().to_string();
         assert!(told.contains(wanted), "{from} -> {to}: {told}");
     }
-    // In any order, with a hole, names of columns, comments and commas.
+    // The points are in any order, with a hole, names of columns, comments and commas.
     let xyz = "x,y,z\n# a note\n10,0,4\n0,5,1\n10,5,3\n0,0,2\n20,0,5\n";
     let h = alone("a.xyz", xyz.as_bytes()).unwrap();
     assert_eq!((h.nx, h.ny, h.spacing), (3, 2, [10.0, 5.0]));
@@ -465,7 +469,8 @@ fn published_files_are_read() {
         assert!((low + 212.296).abs() < 1e-3 && (high + 205.440).abs() < 1e-3, "{low} {high}");
     }
     if let Some(bytes) = reference("gzcommon_dem_landscape.tif") {
-        // In degrees of NAD83: 0.005 and 0.008 degrees at 37.5 degrees of latitude, in metres by pyproj 3.7.2.
+        // The file is in degrees of NAD83. 0.005 and 0.008 degrees at 37.5 degrees of latitude were converted
+        // to metres by pyproj 3.7.2.
         let h = alone("landscape.tif", &bytes).unwrap();
         let wanted = [443.601, 890.856];
         assert!((0..2).all(|k| (h.spacing[k] - wanted[k]).abs() < 2e-3), "{:?}", h.spacing);
@@ -537,10 +542,10 @@ fn undeclared_marks_of_missing_data_are_not_heights() {
     assert!(message.contains("lowest other height is 1.0 m"), "{message}");
     let message = told("cellsize 10", "-32768 1830 1840\n1850 1860 1870").unwrap_err();
     assert!(message.contains("-32768 m, a usual mark"), "{message}");
-    // The floor of a deep basin, and holes that are declared.
+    // A deep basin and declared holes are not suspicious.
     told("cellsize 10", "-9999 -9990 -9980\n-8000 -7000 -6000").unwrap();
     told("cellsize 10\nnodata_value -9999", "1 2 -9999\n-9999 5 6").unwrap();
-    // Radii of the Moon are relative to a datum.
+    // Radii of the Moon are stored relative to a datum.
     told("cellsize 10", "1737400 1737401 1737402\n1738000 1736000 1737000").unwrap();
 }
 
@@ -552,7 +557,7 @@ fn tiles_that_end_where_the_width_of_codes_changes_are_read() {
         let (i, r) = (k % NX, NY - 1 - k / NX);
         assert_eq!(*height, ((66 * i * i + 31 * r * r + 14 * i * r) % 997) as f32, "{i}, {r}");
     }
-    // A tile that is cut is still an error, with both sizes.
+    // A truncated tile is still an error, which states both sizes.
     let mut bytes = std::fs::read(data().join("i16_tiles_lzw_end.tif")).unwrap();
     let size = bytes.len();
     bytes.truncate(size - 40);

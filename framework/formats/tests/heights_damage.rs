@@ -41,7 +41,7 @@ fn a_file_that_says_more_than_it_holds_takes_no_memory() {
     assert!(matches!(told, HeightsError::TooMany { .. }), "{told}");
     let told = grey("a.bmp", &bmp(100, 100, 8, &[], &[0; 9999])).unwrap_err();
     assert!(matches!(told, HeightsError::Short { .. }), "{told}");
-    // The decoder rejects small ones.
+    // The decoder rejects files that are only slightly too short.
     assert!(grey("a.png", &png_of(50, 50)).is_err());
     assert!(grey("a.tif", &Tiff::of(50, 50).bytes(&[1.0; 2499])).is_err());
     assert!(grey("a.tif", &Tiff::of(50, 50).bytes(&[1.0; 2500])).is_ok());
@@ -62,7 +62,8 @@ fn a_bomb_is_unpacked_as_far_as_its_picture_goes() {
     let packed = pack.finish().unwrap();
     let file = |width: u32, height: u32| {
         let mut bytes = Tiff::of(width, height).bytes(&[]);
-        // The compression's tag (259) is the fourth of the directory, at byte 8; the strip's offset and length are the sixth and ninth.
+        // The tag of the compression (259) is the fourth of the directory, which starts at byte 8. The offset and the
+        // length of the strip are the sixth and the ninth.
         let entry = |k: usize| 8 + 2 + 12 * k + 8;
         let start = bytes.len() as u32;
         bytes[entry(3)..entry(3) + 4].copy_from_slice(&8u32.to_le_bytes());
@@ -95,7 +96,7 @@ fn pictures_that_are_not_grey_are_refused_and_transparent_pixels_are_holes() {
     assert!(told.unwrap_err().to_string().contains("half-transparent"));
 
     let two = [[0, 0, 0, 0], [255, 255, 255, 0]];
-    // One bit per pixel, the lower line first: 0 1 / 1 0.
+    // The image has one bit per pixel, and the lower line comes first: 0 1 / 1 0.
     let bits = bmp(2, 2, 1, &two, &[0b0100_0000, 0, 0, 0, 0b1000_0000, 0, 0, 0]);
     assert_eq!(grey("a.bmp", &bits).unwrap().heights, [-1.0, 4.0, 4.0, -1.0]);
     let top = bmp(2, -2, 1, &two, &[0b0100_0000, 0, 0, 0, 0b1000_0000, 0, 0, 0]);
@@ -107,7 +108,7 @@ fn pictures_that_are_not_grey_are_refused_and_transparent_pixels_are_holes() {
     let colour = bmp(2, 2, 24, &[], &[0, 0, 0, 255, 255, 255, 0, 0, 51, 51, 51, 102, 9, 102, 0, 0]);
     let told = grey("a.bmp", &colour).unwrap_err().to_string();
     assert!(told.contains("colours (column 1, row 0)"), "{told}");
-    // A palette with too few entries.
+    // This palette has too few entries.
     let short = bmp(2, 2, 8, &two, &[0, 1, 0, 0, 2, 0, 0, 0]);
     assert!(grey("a.bmp", &short).unwrap_err().to_string().contains("truncated"));
     let mut packed = bits.clone();

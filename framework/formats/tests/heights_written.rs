@@ -49,7 +49,7 @@ fn geotiff_and_ascii_come_back_digit_for_digit() {
         let asc = write(&h, write_ascii);
         same(&raster::alone("a.asc", &asc).unwrap(), &h);
     }
-    // Heights far from zero.
+    // Heights far from zero are stored relative to a datum.
     let mut h = heights(20, 30);
     h.heights[29 * 20] = 0.25;
     h.datum = 1_737_400.0;
@@ -57,7 +57,7 @@ fn geotiff_and_ascii_come_back_digit_for_digit() {
     let asc = raster::alone("a.asc", &write(&h, write_ascii)).unwrap();
     assert_eq!(asc.datum, h.datum);
     assert!(asc.heights.iter().zip(&h.heights).all(|(a, b)| (a - b).abs() < 1e-9 || b.is_nan()));
-    // Row by row, in any order.
+    // Rows can be read one by one in any order.
     let h = heights(300, 600);
     let tif = write(&h, write_geotiff);
     let mut open =

@@ -84,7 +84,8 @@ fn moved() -> Vec<u8> {
 #[test]
 fn nodes_of_gltf_move_their_meshes() {
     Gltf::default().read().unwrap();
-    // Columns first: KhronosGroup/glTF-Sample-Viewer #185, tinygltf #511, assimp PR 885.
+    // Matrices are stored by columns: KhronosGroup/glTF-Sample-Viewer #185, tinygltf #511, assimp
+    // PR 885.
     let matrix = r#""matrix":[2,0,0,0, 0,0,-1,0, 0,1,0,0, 1,-3,0,1],"#;
     Gltf { node: matrix, data: moved(), ..Gltf::default() }.read().unwrap();
     // The scale acts before the rotation (about x by −90 degrees): filament PR 1573.
@@ -95,7 +96,7 @@ fn nodes_of_gltf_move_their_meshes() {
 #[test]
 fn accessors_of_gltf_may_be_interleaved_sparse_and_quantized() {
     let corners = in_file(CORNERS);
-    // Vertices of 24 bytes with a normal each: SwiftGLTF #2, glTFast #28.
+    // Each vertex has 24 bytes with a normal: SwiftGLTF #2, glTFast #28.
     let mut strided = Vec::new();
     for p in corners.chunks_exact(3) {
         strided.extend(floats(p));
@@ -104,7 +105,8 @@ fn accessors_of_gltf_may_be_interleaved_sparse_and_quantized() {
     strided.extend([0, 0, 1, 0, 2, 0]);
     let views = r#"{"buffer":0,"byteLength":72,"byteStride":24},{"buffer":0,"byteOffset":72,"byteLength":6}"#;
     Gltf { views, data: strided, ..Gltf::default() }.read().unwrap();
-    // Two of three points replace zeros, with indices of 8 bits: GLTFKit2 #49. The first corner is (0.5, 2, 1) and not zero, so it is one of them.
+    // Two of the three points replace zeros, with indices of 8 bits: GLTFKit2 #49. The first corner is (0.5, 2, 1), so
+    // it is one of them.
     let position = r#""componentType":5126,"sparse":{"count":3,"indices":{"bufferView":2,"componentType":5121},"values":{"bufferView":0}}"#;
     let views = r#"{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":6},{"buffer":0,"byteOffset":42,"byteLength":3}"#;
     let backwards: Vec<f64> = corners.chunks_exact(3).rev().flatten().copied().collect();
@@ -128,7 +130,7 @@ fn accessors_of_gltf_may_be_interleaved_sparse_and_quantized() {
         ..Gltf::default()
     };
     assert!(beyond.read().is_err_and(|e| e.contains("beyond its end")));
-    // Quantized positions, as gltfpack writes them: fractions of 32767, scaled by the node.
+    // Quantized positions are written by gltfpack as fractions of 32767, and scaled by the node.
     let quantized: Vec<u8> =
         corners.iter().flat_map(|x| ((x / 4.0 * 32_767.0).round() as i16).to_le_bytes()).collect();
     let position = r#""bufferView":0,"componentType":5122,"normalized":true"#;
@@ -141,7 +143,7 @@ fn accessors_of_gltf_may_be_interleaved_sparse_and_quantized() {
 
 #[test]
 fn uris_are_decoded_and_extensions_of_materials_do_not_matter() {
-    // gltflib #162, meshoptimizer #138, cgltf PR 115: a blank in a URI is `%20`.
+    // A blank in a URI is `%20`: gltflib #162, meshoptimizer #138, cgltf PR 115.
     Gltf { uri: "my%20data.bin", ..Gltf::default() }.read().unwrap();
     let no_uri = Gltf { uri: "my%2.bin", ..Gltf::default() };
     assert!(no_uri.read().is_err_and(|e| e.contains("is not a URI")));

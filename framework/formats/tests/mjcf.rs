@@ -97,7 +97,8 @@ fn the_mass_matrix_is_that_of_mujoco_with_armature() {
     let mbs = d.builder.build().unwrap();
     let (tree, nv) = (Tree::new(&mbs), mbs.nv());
     let mut ws = Workspace::new(&tree);
-    // Their first nine rates are the joints of the arm: scalars and a ball, the same as ours.
+    // MuJoCo's first nine rates are the joints of the arm (scalar joints and a ball). They are the
+    // same in Linkwork.
     let mut ours = Vec::new();
     for j in json["joints"].as_array().unwrap().iter().take(7) {
         let joint = d.joint(j["name"].as_str().unwrap()).unwrap();
@@ -127,8 +128,8 @@ fn limits_constraints_and_shapes_are_kept() {
             close(&[s.limits.lower, s.limits.upper], &range, 1e-16, &joint.name);
         }
     }
-    // a and b share a hinge; the slide b is displaced by 0.1 m when its coordinate is 0, so c, whose anchor is at b = 0.1, needs a massless body in
-    // between; d has its own anchor.
+    // The joints a and b share a hinge. The slide b is displaced by 0.1 m when its coordinate is 0, so c, whose anchor
+    // is at b = 0.1, needs a massless body in between; d has its own anchor.
     let names: Vec<(&str, usize)> = ["a", "b", "c", "d"]
         .map(|n| d.joint(n).unwrap())
         .map(|j| (j.body.as_str(), j.subhinge))
@@ -137,7 +138,7 @@ fn limits_constraints_and_shapes_are_kept() {
     let w = d.joint("w").unwrap();
     assert_eq!((w.stiffness, w.damping), (2.0, 0.3));
     assert_eq!(w.spring_reference, 10f64.to_radians());
-    // y − y₀ = 0.05 + 0.5 (x − x₀), in MuJoCo's coordinates, which are ours.
+    // The coupling is y − y₀ = 0.05 + 0.5 (x − x₀). Linkwork uses MuJoCo's coordinates.
     let follow = &d.couplings[0];
     assert_eq!((follow.terms[0].factor, follow.terms[1].factor), (1.0, -0.5));
     let expected = 0.05 + 30f64.to_radians() - 0.5 * 15f64.to_radians();
@@ -399,7 +400,7 @@ fn the_total_mass_may_be_set() {
     let mass = |i: usize| d.builder.bodies()[i].mass;
     assert_eq!((mass(0).mass, mass(1).mass), (2.0, 4.0));
     assert_eq!(mass(1).inertia_com, Mat3::from_diagonal(&Vec3::new(6.0, 8.0, 10.0)));
-    // 1 kg of sides 1, 2, 3: (4 + 9) / 12 and so on, twice.
+    // A box of 1 kg with sides 1, 2, 3 has moments (4 + 9) / 12 and so on; the total mass is 2 kg.
     let sides = Vec3::new(13.0, 10.0, 5.0) / 6.0;
     assert!((mass(0).inertia_com - Mat3::from_diagonal(&sides)).amax() < 1e-15);
     assert!(d.ignored.is_empty(), "{:?}", d.ignored);

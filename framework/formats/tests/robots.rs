@@ -96,13 +96,14 @@ fn check_structure(d: &Description, mbs: &Multibody, json: &Value) {
         let own = poses[body.index()];
         assert!(apart(own.position.as_slice(), X.position.as_slice()) < 1e-14, "{name}: place");
         let turn = own.rotation.angle_to(&X.rotation);
-        assert!(turn < 1e-7, "{name}: turned by {turn}"); // acos: 1e-15 shows as 5e-8
+        // The precision of acos is low: an error of 1e-15 appears as 5e-8.
+        assert!(turn < 1e-7, "{name}: turned by {turn}");
         let subhinge = mbs.get(body).subhinges()[0].subhinge.kind;
         let axis = match j["type"].as_str().unwrap() {
             "JointModelRX" => Some(Vec3::x()),
             "JointModelRY" => Some(Vec3::y()),
             "JointModelRZ" => Some(Vec3::z()),
-            _ => subhinge.axis(), // the dynamics below sees it
+            _ => subhinge.axis(), // the dynamics below test this axis
         };
         assert_eq!(subhinge.axis(), axis, "{name}: axis");
         let sum = merged(mbs, body);
@@ -120,7 +121,7 @@ fn maps(d: &Description, mbs: &Multibody, json: &Value) -> (Vec<usize>, Vec<usiz
     for j in json["joints"].as_array().unwrap() {
         let b = mbs.get(body_of(d, mbs, j["name"].as_str().unwrap()));
         match b.v().len() {
-            // Theirs is [v; ω], ours [ω; v].
+            // The reference orders rates as [v; ω], Linkwork as [ω; v].
             6 => v.extend([3, 4, 5, 0, 1, 2].map(|i| b.v().start + i)),
             _ => v.extend(b.v()),
         }

@@ -50,7 +50,7 @@ fn hinge_frames_are_where_the_file_shows_them() {
     let j = rpy(0.3, 0.0, 0.0, [0.1, 0.0, 0.2]);
     same(&at(&mbs, &[0.0], "a"), &(model * a));
     same(&at(&mbs, &[0.0], "b"), &(model * b));
-    // Rotated by hand: X_Wb(q) = X_WJ R(q) X_bJ⁻¹.
+    // Compute the pose by hand: X_Wb(q) = X_WJ R(q) X_bJ⁻¹.
     let turn = Quat::from_scaled_axis(Vec3::new(0.0, 0.6, 0.8) * 0.7);
     same(&at(&mbs, &[0.7], "b"), &(model * b * j * Pose::rotation(turn) * j.inverse()));
     let s = mbs.get(mbs.body("b").unwrap()).subhinges()[0].subhinge;
@@ -61,7 +61,8 @@ fn hinge_frames_are_where_the_file_shows_them() {
 
 #[test]
 fn frames_of_any_kind_may_carry_a_pose() {
-    // a is relative to a frame; b to the joint, whose own pose is relative to a; the axis is in a's frame.
+    // The pose of a is relative to a frame, and the pose of b is relative to the joint, whose own pose is
+    // relative to a. The axis is given in the frame of a.
     let text = r#"<sdf version="1.9"><world name="w"><model name="m" canonical_link="a"><static>1</static>
 <frame name="start" attached_to="a"><pose relative_to="__model__">0 0 0.25 0 0 0</pose></frame>
 <link name="a"><pose relative_to="start" degrees="true">0 0 0.75 0 0 90</pose>@</link>
@@ -76,7 +77,8 @@ fn frames_of_any_kind_may_carry_a_pose() {
         &at(&mbs, &[0.0], "a"),
         &Pose::new(Quat::from_euler_angles(0.0, 0.0, 90f64.to_radians()), Vec3::z()),
     );
-    // x of a is y of the model: j is at (0, 2, 1), b one more along y of a, which is −x.
+    // The x axis of a is the model's y axis: j is at (0, 2, 1), and b is 1 m further along y of a,
+    // which is −x.
     let b = at(&mbs, &[0.0], "b").position;
     assert!((b - Vec3::new(-1.0, 2.0, 1.0)).amax() < 1e-15, "{b}");
     let moved = at(&mbs, &[0.5], "b").position;
@@ -107,7 +109,7 @@ fn every_joint_type_becomes_its_hinge() {
     let both = format!("{axis}{axis2}");
     assert_eq!(joint("universal", &both), Hinge::universal(Vec3::z(), Vec3::y()));
     assert_eq!(joint("revolute2", &both), Hinge::universal(Vec3::z(), Vec3::y()));
-    // 0.5 m per revolution, right-handed; the older element writes the same as −4π rad/m.
+    // 0.5 m per revolution, right-handed. The older element expresses the same as −4π rad/m.
     let turn = 2.0 * std::f64::consts::PI;
     let screw = joint("screw", &format!("{axis}<screw_thread_pitch>0.5</screw_thread_pitch>"));
     assert_eq!(screw, Hinge::screw(Vec3::z(), 0.5 / turn));
@@ -185,9 +187,9 @@ fn mimics_and_gearboxes_become_couplings() {
     let terms = |i: usize| -> Vec<(&str, f64)> {
         d.couplings[i].terms.iter().map(|t| (t.coordinate.body.as_str(), t.factor)).collect()
     };
-    // q_o = 2 (q_i − 0.1) + 0.5.
+    // The mimic is q_o = 2 (q_i − 0.1) + 0.5.
     assert_eq!((terms(0), d.couplings[0].constant), (vec![("out", 1.0), ("in", -2.0)], 0.3));
-    // θ_out = −3 θ_in about +z, and o turns about −z: −q_o + 3 q_i = 0.
+    // The gearbox is θ_out = −3 θ_in about +z, and o rotates about −z, so −q_o + 3 q_i = 0.
     assert_eq!((terms(1), d.couplings[1].constant), (vec![("out", -1.0), ("in", 3.0)], 0.0));
 }
 
@@ -318,7 +320,7 @@ fn a_model_of_every_kind_of_pose_moves_as_in_drake() {
         v.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
     };
     let mbs = d.builder.build().unwrap();
-    // Every joint has as many q as β.
+    // Every joint has the same number of coordinates and rates.
     let mut order = Vec::new();
     for j in json["joints"].as_array().unwrap() {
         let body = mbs.body(&d.joint(j.as_str().unwrap()).unwrap().body).unwrap();

@@ -29,7 +29,7 @@ fn every_joint_type_becomes_its_hinge() {
     assert_eq!(hinge("slide"), Hinge::slider(Vec3::x()));
     assert_eq!(hinge("drone"), Hinge::free());
     assert_eq!(hinge("puck"), Hinge::planar());
-    // Fixed-axis roll, pitch, yaw: Rz Ry Rx.
+    // URDF rotates about fixed axes by roll, pitch and yaw: Rz Ry Rx.
     let upper = mbs.get(mbs.body("upper").unwrap());
     let turn = Quat::from_axis_angle(&Vec3::z_axis(), 0.6)
         * Quat::from_axis_angle(&Vec3::y_axis(), -0.5)
@@ -192,7 +192,7 @@ fn xacro_is_refused_with_the_command_to_run() {
     assert_eq!(error.faults.len(), 2, "{error}");
     assert!(error.to_string().contains("`<xacro:macro>` requires xacro"), "{error}");
     assert!(error.to_string().contains("xacro robot.urdf.xacro > robot.urdf"), "{error}");
-    // xacro itself leaves only the declaration.
+    // xacro itself removes everything but this declaration, so it is accepted.
     let text = "<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\"><link name=\"a\"/></robot>";
     read_urdf(text, &ReadOptions::default()).unwrap();
 }
@@ -241,10 +241,11 @@ fn moments_that_no_body_has_are_read_and_told_or_refused_when_asked() {
     };
     told(&urdf("1", ["0.1", "0.9", "0.1", "0"]), "used unchanged", [0.1, 0.1, 0.9]);
     told(&urdf("1", ["-3.5e-8", "1e-3", "1e-3", "0"]), "-0.000000035", [0.0, 1e-3, 1e-3]);
-    // Negative in rotated axes: eigenvalues -0.1, 0.2, 0.3 rotated about z.
+    // These moments are negative in rotated axes: the eigenvalues −0.1, 0.2 and 0.3 are rotated
+    // about z.
     told(&urdf("1", ["0.05", "0.05", "0.3", "0.15"]), "replaced by 0", [0.0, 0.2, 0.3]);
     told(&urdf("0", ["0.1", "0.1", "0.1", "0"]), "ignored", [0.0; 3]);
-    // iCub's hip: rounding errors of a zero inertia.
+    // The hip of iCub has rounding errors of a zero inertia.
     told(&urdf("0.526", ["-5.42101e-20", "-5.42101e-20", "0", "0"]), "replaced by 0", [0.0; 3]);
     let bare = urdf("2", ["1", "1", "1", "0"]);
     let (from, to) = (bare.find("<inertia ").unwrap(), bare.find("</inertial>").unwrap());
@@ -333,7 +334,7 @@ fn meshes_are_found_and_missing_ones_reported() {
         .collect();
     assert_eq!(found, [true, true, false]);
     assert_eq!((d.ignored.len(), d.ignored[0].line), (1, 4), "{:?}", d.ignored);
-    // Only the listed folders are searched for a text without a file.
+    // For a text that is not in a file, only the listed folders are searched.
     let options = ReadOptions { package_paths: vec![dir.path().into()], ..ReadOptions::default() };
     let d = read_text(&text, &options).unwrap();
     assert_eq!(d.ignored.len(), 2, "{:?}", d.ignored);
@@ -364,7 +365,7 @@ fn limits_that_are_none_are_none() {
     let half = Limits { lower: f64::NEG_INFINITY, upper: 1.5, ..Limits::NONE };
     assert_eq!(of("lower='-inf' upper='1.5' effort='inf' velocity='inf'"), half);
     assert_eq!(of("lower='-1.7976931348623157e308' upper='1.5'"), half);
-    // The format's default is 0.
+    // The format's default of both limits is 0.
     assert_eq!(of("effort='1'"), Limits { lower: 0.0, upper: 0.0, effort: 1.0, ..Limits::NONE });
     for limit in ["lower='2' upper='1'", "lower='inf' upper='inf'", "effort='-1'", "velocity='nan'"]
     {
@@ -381,7 +382,7 @@ fn quaternions_belong_to_version_1_1() {
         )
     };
     let new = r#" version="1.1""#;
-    // A quarter turn about z, also by a quaternion that is not of unit length.
+    // The rotation is a quarter turn about z, also as a quaternion that is not of unit length.
     for origin in [r#"rpy="0 0 1.5707963267948966""#, r#"quat_xyzw="0 0 2 2""#] {
         let d = read_urdf(&robot(new, origin), &ReadOptions::default()).unwrap();
         let mbs = d.builder.build().unwrap();

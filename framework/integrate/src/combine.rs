@@ -228,7 +228,7 @@ mod tests {
         let k: Vec<f64> = (0..n * stages).map(|i| ((i * i + 3) as f64).sin()).collect();
         let x: Vec<f64> = (0..n).map(|i| (i as f64 + 0.3).cos()).collect();
         for width in 0..=WIDTH_MAX {
-            // Use every stage but two in fourteen, up to the width.
+            // Skip two of every fourteen stages, up to the width.
             let mut weights = vec![0.0; stages];
             for j in (0..stages).filter(|j| j % 7 != 5).take(width) {
                 weights[j] = 0.3 + (j as f64).sin();

@@ -159,13 +159,13 @@ pub fn first_crossing<E>(
     {
         return Ok(found);
     }
-    // After an event, the value at the start is round-off.
+    // If the side is unknown, an event has just fired, and the value at the start is round-off.
     let first = usize::from(unknown);
     side = of(points[first]);
     for i in first + 1..count {
         let (last, to) = (points[i - 1], points[i]);
         let now = of(to);
-        // A sample exactly at zero, with the old side on both sides of it.
+        // Skip a sample exactly at zero if the guard is on the old side both before and after it.
         if now != side
             && to.value == 0.0
             && to.theta < 1.0
@@ -181,7 +181,7 @@ pub fn first_crossing<E>(
         } else if let Some(dip) =
             beyond(&mut g, &points[first..], i - first, (side, search.direction), width)?
         {
-            // Two crossings: there and back.
+            // There are two crossings: one to the other side and one back.
             let away = narrow(&mut g, last, dip, (side, search.direction), width)?;
             if let Some(found) = at(away, side) {
                 return Ok(found);
@@ -237,7 +237,8 @@ fn narrow<E>(
     let (mut a, mut b, mut end) = (from.theta, to.theta, to);
     let (mut ya, mut yb) = (sign * from.value, sign * to.value);
     let slack = 0.2 / (b - a);
-    // Half the width times 2 to the power of the remaining bisections, plus one.
+    // The radius is half the width times 2 to the power of the number of remaining bisections, plus
+    // one.
     let mut radius = 0.5 * width;
     while radius < b - a {
         radius *= 2.0;
@@ -254,7 +255,8 @@ fn narrow<E>(
         if Side::of(p.value, direction) == side {
             (a, ya) = (x, y);
         } else {
-            // If the value is exactly zero, move back to where it came to rest there.
+            // If the value is exactly zero, continue to search for the time at which it reached
+            // zero.
             (b, yb, end) = (x, y, p);
         }
         radius *= 0.5;
@@ -285,7 +287,8 @@ fn beyond<E>(
     let sign = if side == Side::Above { 1.0 } else { -1.0 };
     let (mut a, mut c) = (points[i - 1], points[i]);
     let ends = (sign * a.value).min(sign * c.value);
-    // The extremum of a parabola through a third sample, if it is inside and clearly below the ends.
+    // Estimate the extremum by a parabola through a third sample; use it if it is inside and clearly
+    // below the ends.
     let guess = |three: [Point; 3]| {
         let x = vertex(three, sign).filter(|x| a.theta < *x && *x < c.theta)?;
         (lowest(three, sign, x) < 0.5 * ends).then_some(x)
@@ -298,7 +301,8 @@ fn beyond<E>(
         (None, None) => return Ok(None),
     };
     let mut low = g(start)?;
-    // a, low, c bracket the extremum; their parabola decides whether to search further.
+    // a, low and c bracket the extremum. The parabola through them decides whether to search
+    // further.
     for step in 0..DIP_STEPS_MAX {
         let depth = sign * low.value;
         if depth < 0.0 {

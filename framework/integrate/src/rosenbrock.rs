@@ -69,14 +69,16 @@ impl Stiff {
             let n = work.x0.len();
             let row = first_bad(&self.jacobian).map(|at| at / n);
             if let Some(lane) = first_bad(&self.slope).or(row) {
-                // The Jacobian was evaluated with increments; a shorter attempt uses smaller ones.
+                // The derivatives failed at an increment of the difference quotients; a shorter
+                // attempt uses smaller increments.
                 return Ok(Attempt::Bad { lane });
             }
             self.fresh = true;
         }
         let n = work.x0.len();
         if !self.factor(h) {
-            // Singular: with a shorter step, the matrix is closer to a multiple of the identity.
+            // The matrix is singular. With a shorter step it is closer to a multiple of the
+            // identity.
             return Ok(Attempt::Bad { lane: 0 });
         }
         for i in 0..self.a.len() {
@@ -89,7 +91,7 @@ impl Stiff {
                 }
                 system.derivatives(t + self.table.alpha[i] * h, stage, rhs)?;
                 if !finite(rhs) {
-                    // Check here, because the solution spreads a bad number over all lanes.
+                    // Check here, because the linear solution would spread a NaN over all lanes.
                     return Ok(Attempt::bad(rhs));
                 }
             }

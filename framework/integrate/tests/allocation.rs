@@ -44,7 +44,7 @@ fn adaptive_steps_and_events_do_not_allocate() {
             }
         });
         assert_eq!(info.count_total, 0, "{}", method.name());
-        // x falls through 0.4 and rises again: 1/(1/1.3 + 1 + sin t) = 0.4.
+        // x decreases through 0.4 and rises again: 1/(1/1.3 + 1 + sin t) = 0.4.
         assert!(rejections > 0 && found == 2, "{}: {rejections} {found}", method.name());
     }
 }

@@ -21,7 +21,7 @@ fn short(errors: &[f64]) -> String {
 #[test]
 fn every_method_has_its_order() {
     for method in METHODS {
-        // The largest error of all steps.
+        // Returns the largest error of all steps.
         let error = |n: u32| {
             let (mut x, h) = (coupled_solution(0.0), 3.0 / f64::from(n));
             let mut integrator = Integrator::new(method, 2);
@@ -39,7 +39,7 @@ fn every_method_has_its_order() {
         let (name, p, all) = (method.name(), f64::from(method.order()), rate(0, 2));
         let (one, two) = (rate(0, 1), rate(1, 2));
         println!("{name}: order {p}, measured {all:.2} ({one:.2}, {two:.2}), errors {}", short(&e));
-        // Measured within 0.35 of the order.
+        // Measured: within 0.35 of the order.
         assert!((all - p).abs() < 0.5, "{name}: {all}, errors {e:?}");
     }
 }
@@ -67,7 +67,7 @@ fn every_dense_output_has_its_order() {
         let e = h.map(&mut error);
         let rates = [(e[0] / e[1]).log2(), (e[1] / e[2]).log2()];
         println!("{name}: dense order {q}, measured {rates:.2?} − 1, errors {}", short(&e));
-        // Measured within 0.4.
+        // Measured: within 0.4.
         assert!((rates[1] - q - 1.0).abs() < 0.6, "{name}: {rates:?}, errors {e:?}");
     }
 }

@@ -25,7 +25,7 @@ fn ends_are_exact_and_single_lanes_have_the_bits_of_all() {
             let lanes = [dense.lane(theta, 0), dense.lane(theta, 1)];
             assert_eq!(out.map(f64::to_bits), lanes.map(f64::to_bits), "{}", method.name());
         }
-        // Continuous at the ends.
+        // Dense output is continuous at the ends.
         dense.at(1e-13, &mut out);
         assert!(distance(&out, &x0) < 1e-12, "{}", method.name());
         dense.at(1.0 - 1e-13, &mut out);
@@ -106,7 +106,7 @@ fn projections_join_and_keep_the_order() {
         let (a, b) = (miss(0.1), miss(0.05));
         let rate = (a / b).log2();
         println!("{}: {a:.1e} {b:.1e}, order {rate:.2}", method.name());
-        // Measured within 0.5; some are better.
+        // Measured: within 0.5; some methods are better.
         assert!(rate > q + 0.4 && rate < q + 2.6, "{}: {a:e} {b:e} {rate}", method.name());
     }
 }
@@ -128,7 +128,8 @@ fn slopes_at_the_ends_are_f() {
         for i in 0..2 {
             let start = (dense.lane(e, i) - dense.lane(0.0, i)) / (e * h);
             let end = (dense.lane(1.0, i) - dense.lane(1.0 - e, i)) / (e * h);
-            // The step's own error is at most 1e-9 here, and the error of the difference quotients 1e-7.
+            // At this step size, the error of the step is at most 1e-9, and the error of the difference
+            // quotients is 1e-7.
             assert!((start - first[i]).abs() < 1e-5, "{}: {start} {}", method.name(), first[i]);
             assert!((end - last[i]).abs() < 1e-5, "{}: {end} {}", method.name(), last[i]);
         }

@@ -20,7 +20,8 @@ fn a_cut_step_leaves_the_proposal_alone() {
         let mut integrator = Integrator::new(method, 2);
         let (mut x, mut memory) = (coupled_solution(0.0), Memory::START);
         let mut t = 0.0;
-        // Free steps, then one cut to a hundredth, a thousandth, a millionth of the proposal.
+        // After free steps, one step is cut to a hundredth, a thousandth or a millionth of the
+        // proposal.
         for _ in 0..3 {
             t += integrator
                 .advance(&mut Ode(coupled), &settings, t, 1e3, &mut x, None, &mut memory)
@@ -84,14 +85,14 @@ fn a_rejected_step_leaves_no_trace() {
             .unwrap();
         assert!(step.rejections > 0 && !step.end, "{}: {step:?}", method.name());
         let mut direct = [0.7];
-        // The accepted size, requested by a bound that stretching does not reach.
+        // Start with the accepted step size, by a proposal that is not stretched to the end.
         let mut asked = Memory { next: step.h, ..start };
         let again = Integrator::new(method, 1)
             .advance(&mut Ode(bump), &settings, 1.4, 10.0, &mut direct, None, &mut asked)
             .unwrap();
         assert_eq!((again.rejections, again.h), (0, step.h), "{}", method.name());
         if method.name() != "rodas-4p" {
-            // Rosenbrock's differences use the size of the first attempt.
+            // The difference quotients of Rosenbrock methods use the size of the first attempt.
             assert_eq!(x[0].to_bits(), direct[0].to_bits(), "{}", method.name());
         }
         assert!((x[0] - direct[0]).abs() < 1e-9, "{}", method.name());
@@ -228,14 +229,14 @@ fn faults_of_the_system_pass_through_and_leave_x_alone() {
 #[test]
 fn what_is_not_finite_is_refused_with_its_lane() {
     for method in METHODS {
-        // k₁ is not finite.
+        // In this case k₁ is not finite.
         let mut x = [1.0, 2.0, 3.0];
         let mut integrator = Integrator::new(method, 3);
         let mut system = Brittle { left: 0, refuse: false };
         let fault = integrator.step_fixed(&mut system, 4.0, 0.1, &mut x, None).unwrap_err();
         assert_eq!(fault, Failure::Start { t: 4.0, lane: 1 }, "{}", method.name());
         assert_eq!(x, [1.0, 2.0, 3.0]);
-        // x is not finite.
+        // In this case x is not finite.
         let mut x = [1.0, 2.0, f64::INFINITY];
         let fault = integrator.step_fixed(
             &mut Ode(|_: f64, _: &[f64], d: &mut [f64]| d.fill(0.0)),
@@ -246,7 +247,7 @@ fn what_is_not_finite_is_refused_with_its_lane() {
         );
         assert_eq!(fault.unwrap_err(), Failure::Start { t: 4.0, lane: 2 }, "{}", method.name());
     }
-    // Adaptive steps, first and later ones.
+    // Test adaptive steps, both first and later ones.
     for method in adaptive() {
         for memory in [Memory::START, Memory { next: 0.1, error: 0.5 }] {
             let settings = control(method, 3, 1e-6, 1e-6);
@@ -260,7 +261,7 @@ fn what_is_not_finite_is_refused_with_its_lane() {
             assert_eq!((x, m), ([1.0, 2.0, 3.0], memory), "{}", method.name());
         }
     }
-    // A later stage.
+    // In this case a later stage is not finite.
     for name in ["rk4", "bogacki-shampine-32", "dormand-prince-54", "verner-87", "rodas-4p"] {
         let mut x = [1.0, 2.0, 3.0];
         let mut system = Brittle { left: 1, refuse: false };

@@ -39,7 +39,8 @@ fn a_crossing_is_located_within_a_nanosecond_and_on_its_far_side() {
                 let (found, calls) = search(g, Side::Below, Direction::Rising, h);
                 let crossing =
                     found.crossing.unwrap_or_else(|| panic!("shape {n} root {root} h {h}"));
-                // Round-off of a root near 1 in θ, in a step of an hour: 1e-12 s.
+                // The tolerance is round-off: for a root near 1 in θ, in a step of an hour, it is
+                // 1e-12 s.
                 let late = (crossing.theta - root) * h;
                 assert!(
                     (-1e-12..1e-9 + 1e-12).contains(&late),
@@ -47,7 +48,8 @@ fn a_crossing_is_located_within_a_nanosecond_and_on_its_far_side() {
                 );
                 assert!(crossing.value >= 0.0 && crossing.direction == Direction::Rising);
                 assert_eq!(found.side, Side::Above);
-                // Bisection of the bracket would take log₂(h/4 / 1 ns) evaluations; ITP one more; dips are checked before it.
+                // Bisection of the bracket would take log₂(h/4 / 1 ns) evaluations, and ITP takes one more. Samples and
+                // the search for dips are added.
                 let bound = 3.0 + (0.25 * h / 1e-9).max(1.0).log2().ceil().min(50.0) + 5.0;
                 assert!(
                     f64::from(calls) <= bound,
@@ -65,7 +67,7 @@ fn smooth_guards_take_few_evaluations() {
     let exact = 0.7_f64.asin() / 3.0;
     assert!((found.crossing.unwrap().theta - exact) * 0.25 < 1e-9);
     println!("{calls} evaluations");
-    // Measured 10, three of them samples.
+    // Measured: 10 evaluations, three of which are samples.
     assert!(calls <= 12, "{calls}");
 }
 
@@ -78,7 +80,7 @@ fn directions_count() {
     assert!(theta(falling, Direction::Falling, 1.0).is_some());
     assert!(theta(falling, Direction::Rising, 1.0).is_none());
     assert!(theta(rising, Direction::Either, 1.0).is_some());
-    // Rises at 0.3, falls at 0.6.
+    // The guard rises at 0.3 and falls at 0.6.
     let hump = |x: f64| 0.0225 - (x - 0.45) * (x - 0.45);
     let rise = theta(hump, Direction::Rising, 1.0).unwrap();
     let fall = theta(hump, Direction::Falling, 1.0).unwrap();
@@ -92,7 +94,7 @@ fn double_crossings_between_samples_are_seen() {
     for depth in [2e-3, 1e-4, 1e-6] {
         for middle in [0.06, 0.19, 0.31, 0.5, 0.62, 0.93] {
             for sign in [1.0, -1.0] {
-                // Not a parabola: with a cubic and a quartic term.
+                // Add a cubic and a quartic term, so that the guard is not a parabola.
                 let g = |x: f64| {
                     let d: f64 = x - middle;
                     sign * (d * d * (1.0 + 0.4 * d + d * d) - depth)
@@ -117,7 +119,8 @@ fn a_touch_is_not_a_crossing() {
         for sign in [1.0, -1.0] {
             let square = |x: f64| sign * (x - middle) * (x - middle);
             assert_eq!(theta(square, Direction::Either, 1.0), None, "square at {middle}");
-            // Round-off makes this one slightly negative; the dip is far below a nanosecond.
+            // Round-off makes this guard slightly negative; the dip is far shorter than a
+            // nanosecond.
             let expanded = |x: f64| sign * (x * x - 2.0 * middle * x + middle * middle + 1e-18 * x);
             let found = theta(expanded, Direction::Either, 1e-3);
             assert_eq!(found, None, "expanded at {middle}");
@@ -137,20 +140,22 @@ fn dips_shorter_than_the_tolerance_are_touches() {
 
 #[test]
 fn a_guard_that_has_fired_is_armed_when_it_has_left() {
-    // Leaves zero upwards, like a ball that has just bounced. The sign of the round-off at the start does not matter.
+    // The guard leaves zero upwards, like a ball that has just bounced. The sign of the round-off at the start does
+    // not matter.
     for off in [0.0, 1e-17, -1e-17] {
         let (found, _) = search(|x| x + off, Side::Unknown, Direction::Either, 1.0);
         assert_eq!(found, EventSearch { crossing: None, side: Side::Above });
         let (found, _) = search(|x| x + off, Side::Unknown, Direction::Rising, 1.0);
         assert_eq!(found, EventSearch { crossing: None, side: Side::Above });
     }
-    // Leaves upwards and falls through later: late in the step, and long before its middle.
+    // The guard leaves zero upwards and crosses it downwards later in the step, late or long before
+    // the middle.
     for back in [0.8, 0.3, 0.01, 5e-4, 1e-5] {
         let (found, _) = search(|x| x * (back - x), Side::Unknown, Direction::Falling, 1.0);
         let crossing = found.crossing.unwrap_or_else(|| panic!("back at {back}"));
         assert!((crossing.theta - back).abs() < 2e-9 && crossing.direction == Direction::Falling);
     }
-    // Stays on zero.
+    // This guard stays at zero.
     let (found, calls) = search(|_| 0.0, Side::Unknown, Direction::Either, 1.0);
     assert_eq!((found, calls), (EventSearch { crossing: None, side: Side::Below }, 7));
 }

@@ -114,7 +114,7 @@ fn steps_satisfy_their_order_and_no_more() {
         let met = violation(&all, &phi, t.b, 1.0, t.order);
         let next = violation(&all, &phi, t.b, 1.0, t.order + 1);
         println!("{}: order {} to {met:.1e}, next {next:.1e}", t.name, t.order);
-        // Measured at most 6e-13 (Verner, whose entries are up to 123), and at least 4e-7 for the next order.
+        // Measured: at most 6e-13 (Verner, whose entries are up to 123), and at least 4e-7 for the next order.
         assert!(met < 2e-12, "{}: violated by {met:e}", t.name);
         assert!(next > 1e-7, "{}: the order is higher than said", t.name);
         for (i, row) in a.iter().enumerate() {

@@ -27,7 +27,8 @@ impl Ticket {
     /// # Errors
     /// The file cannot be written.
     pub fn write(&self, path: &Path) -> std::io::Result<()> {
-        // Write to a temporary name first. The file of a killed run may have other permissions.
+        // Write to a temporary name first, because the file of a killed run may have other
+        // permissions.
         let fresh = path.with_extension("json.new");
         match std::fs::remove_file(&fresh) {
             Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(e),
@@ -47,7 +48,7 @@ impl Ticket {
     /// The file cannot be read, or is not a ticket.
     pub fn read(path: &Path) -> std::io::Result<Ticket> {
         use std::io::Read;
-        // Opening a pipe would block, and a ticket is short.
+        // Check before opening: opening a pipe would block, and a ticket must be short.
         if !path.metadata()?.is_file() {
             return Err(std::io::Error::other("it is not a file"));
         }
@@ -131,7 +132,7 @@ impl Client {
         let id = self.send(ask)?;
         loop {
             let reply = self.receive()?;
-            // A rejection without a number concerns the connection.
+            // A rejection that does not refer to a request concerns the connection.
             match reply.said {
                 ReplyKind::Refused { message, help } if reply.id == id || reply.id == 0 => {
                     return Err(ClientError::Refused { message, help });

@@ -129,7 +129,7 @@ fn replies() -> (Replies, Unwritten) {
 impl Replies {
     /// Adds a reply. Returns false if the queue is full. If the client has disconnected, the reply counts as sent.
     fn push(&self, reply: Waiting) -> bool {
-        // The longest reply, with its four bytes of length, still fits alone.
+        // The longest reply, including the four bytes of its length, fits if no other reply waits.
         let (length, most) = (reply.length(), LONGEST_REPLY + 4);
         let add = |waiting: usize| waiting.checked_add(length).filter(|sum| *sum <= most);
         if self.bytes.fetch_update(Ordering::SeqCst, Ordering::SeqCst, add).is_err() {
@@ -199,7 +199,8 @@ impl Guest {
 
 impl Drop for Guest {
     fn drop(&mut self) {
-        // Replies that are already written still arrive; the reader's thread ends.
+        // Replies that were already written still arrive. The thread that reads from this
+        // connection ends.
         let _ = self.socket.shutdown(Shutdown::Read);
     }
 }
@@ -279,13 +280,14 @@ impl Hall {
                 return;
             }
             let Ok((socket, own)) = socket.and_then(|s| s.try_clone().map(|own| (s, own))) else {
-                // Too many open descriptors, or a connection that closed at once; both are temporary.
+                // The cause is too many open descriptors, or a connection that was closed at once.
+                // Both are temporary.
                 std::thread::sleep(Duration::from_millis(10));
                 continue;
             };
             let mut strangers = self.strangers();
             while strangers.len() >= STRANGERS {
-                // Closing it ends its thread.
+                // Closing the connection ends its thread.
                 if let Some((_, oldest)) = strangers.pop_first() {
                     let _ = oldest.shutdown(Shutdown::Both);
                 }
@@ -424,7 +426,7 @@ mod tests {
 
     #[test]
     fn a_row_waits_as_numbers_and_is_never_longer_than_it_is_counted_as() {
-        // The longest possible numbers, and values that are not finite.
+        // Test the longest possible numbers, and values that are not finite.
         let extremes = [-f64::MIN_POSITIVE / 3.0, -f64::MAX, -1.0 / 3.0 * 1e-300, f64::NAN, 0.1];
         let values: Vec<f64> = (0..1000).map(|k| extremes[k % 5]).collect();
         let row = |lost| Row { time: -f64::MAX, values: values.clone(), lost };
@@ -460,11 +462,11 @@ mod tests {
         assert!(!send.push(zeros(half)), "more than {LONGEST_REPLY} bytes wait");
         assert!(send.push(zeros(4)), "a short one still fits");
         let Unwritten { queue, bytes } = unwritten;
-        // Sent messages make room.
+        // Sending a message makes room for another one.
         let (first, rest) = (queue.recv().unwrap(), queue);
         bytes.fetch_sub(first.length(), Ordering::SeqCst);
         assert!(send.push(zeros(half)));
-        // The longest reply fits if it is the only one; without a reader, this is not a fault of the queue.
+        // The longest reply fits if it is the only one. If the reader is gone, `push` still succeeds.
         let (send, unwritten) = replies();
         assert!(send.push(zeros(LONGEST_REPLY + 4)) && !send.push(zeros(1)));
         drop((rest, unwritten));

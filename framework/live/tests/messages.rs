@@ -41,7 +41,7 @@ fn messages_come_back_and_are_as_the_protocol_says() {
         assert_eq!(read_frame::<Request>(&mut from, LONGEST_REQUEST).unwrap(), request);
     }
     assert!(matches!(read_frame::<Request>(&mut from, LONGEST_REQUEST), Err(FrameError::Ended)));
-    // Every request of the page is read.
+    // Every request in PROTOCOL.md must be readable.
     let page = include_str!("../PROTOCOL.md");
     let rows = page.lines().filter(|l| l.starts_with("| `")).map(|l| l.split('|').nth(1).unwrap());
     let mut seen = 0;
@@ -76,13 +76,13 @@ fn junk_is_refused_and_nothing_panics() {
             read_ok += usize::from(read(&bytes).is_ok());
         }
     }
-    // Some are other valid messages: a digit, a letter of a path.
+    // Some mutations give other valid messages, because they change a digit or a letter of a path.
     assert!(read_ok > 0 && read_ok < 11_000, "{read_ok}");
     for _ in 0..20_000 {
         let bytes: Vec<u8> = (0..dice.next() % 64).map(|_| dice.next() as u8).collect();
         assert!(read(&bytes).is_err());
     }
-    // Endlessly nested JSON, and unknown fields.
+    // Test endlessly nested JSON and unknown fields.
     let framed = |text: String| [&(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat();
     for text in [
         "[".repeat(60_000),
@@ -106,11 +106,11 @@ fn mutations_of_messages_are_read_or_refused() {
     };
     let seeds: Vec<Vec<u8>> = requests().iter().map(framed).collect();
     mutate::survives(&[seeds, mutate::kept("socket")].concat(), 20_000, |bytes| {
-        // Several messages in sequence, as on a connection.
+        // Read several messages in sequence, as from a connection.
         let mut from = bytes;
         let mut any = false;
         while let Ok(request) = read_frame::<Request>(&mut from, LONGEST_REQUEST) {
-            // Messages can be written again.
+            // A message that was read can be written again.
             framed(&request);
             any = true;
         }
@@ -135,7 +135,7 @@ fn a_length_that_is_claimed_takes_no_memory() {
     let e = read_frame::<Request>(&mut endless, LONGEST_REQUEST).unwrap_err();
     assert!(matches!(e, FrameError::Long { length: 0xffff_ffff, most: LONGEST_REQUEST }), "{e}");
     assert_eq!(endless.0, 4, "it read on");
-    // And none is written.
+    // A message that is too long is not written, either.
     let long =
         Request { id: 1, ask: RequestKind::Get { paths: vec!["x".repeat(LONGEST_REQUEST)] } };
     let mut out = Vec::new();

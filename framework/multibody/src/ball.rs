@@ -49,7 +49,7 @@ impl BallLimits {
         let sign = if q[3] < 0.0 { -1.0 } else { 1.0 };
         let (v, w) = (Vec3::new(q[0], q[1], q[2]) * sign, q[3] * sign);
         let z = Vec3::z();
-        // z of the parent's side in the axes of the body's side: Rᵀ z.
+        // Rᵀ z is the z axis of the parent's side in the axes of the body's side.
         let up = Vec3::new(
             2.0 * (v.x * v.z - w * v.y),
             2.0 * (v.y * v.z + w * v.x),

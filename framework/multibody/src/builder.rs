@@ -334,7 +334,7 @@ impl Builder {
 
     /// Reports each cycle of bodies once, starting at the body whose name is first.
     fn check_cycles(&self, names: &BTreeMap<&str, usize>, faults: &mut Vec<MechanismFault>) {
-        // The number of the walk that first visited each body; 0 if none.
+        // Each entry is the number of the walk that first visited the body, or 0.
         let mut walk = vec![0; self.bodies.len()];
         for (n, &start) in names.values().enumerate() {
             let (mut path, mut at) = (Vec::new(), Some(start));

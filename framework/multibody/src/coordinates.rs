@@ -233,7 +233,7 @@ impl Multibody {
                         v[s.v.clone()].fill(true);
                     }
                 }
-                // The two frames of the loop move relative to each other where the last common body bends.
+                // If the last common body bends, the two frames of the loop move relative to each other.
                 let last = ia && ib && !self.bends_further(id, (a, b));
                 if ia != ib || last {
                     q[body.modes_q()].fill(true);

@@ -43,7 +43,7 @@ fn near(got: f64, want: f64, tolerance: f64, what: &str) {
 
 #[test]
 fn beam_frequencies_are_those_of_euler_and_bernoulli() {
-    // β L of each case (roots of the characteristic equations).
+    // β L of each case are the roots of the characteristic equations.
     let cases = [
         (Ends::ClampedFree, [1.875_104, 4.694_091, 7.854_757]),
         (Ends::ClampedClamped, [4.730_041, 7.853_205, 10.995_608]),
@@ -60,7 +60,7 @@ fn beam_frequencies_are_those_of_euler_and_bernoulli() {
             let w = omegas(&b.modes(count).unwrap());
             for (w, root) in w.iter().zip(roots) {
                 let want = (root / b.length).powi(2) * (b.young * I / (b.density * b.area)).sqrt();
-                // Measured at most 1.4e-3, because rotary inertia lowers the frequencies.
+                // Measured: at most 1.4e-3 below, because rotary inertia lowers the frequencies.
                 near(*w, want, 2e-3, &format!("{ends:?}"));
                 assert!(*w < want * (1.0 + 1e-6), "{ends:?}: {w} above {want}");
             }
@@ -73,7 +73,7 @@ fn twist_and_stretch_are_those_of_rods() {
     let b = beam(Ends::ClampedFree);
     let pi = std::f64::consts::PI;
     let w = omegas(&b.modes(BeamModes { stretch: 3, ..BeamModes::default() }).unwrap());
-    // Measured 7e-7 in the third.
+    // Measured: 7e-7 in the third frequency.
     for (k, w) in w.iter().enumerate() {
         let want = (k as f64 + 0.5) * pi / b.length * (b.young / b.density).sqrt();
         near(*w, want, 2e-6, "stretch");
@@ -119,19 +119,19 @@ fn plate_frequencies_are_those_of_the_tables() {
     near(modes.mass(), plate.mass(), 1e-13, "mass");
     let D = 7e10 * 2e-3_f64.powi(3) / (12.0 * (1.0 - 0.09));
     let unit = (D / (2700.0 * 2e-3)).sqrt() / (0.8 * 0.8);
-    // Barton 1951, upper bounds by a shorter series, for ν = 0.3.
+    // Reference: Barton 1951, upper bounds by a shorter series, for ν = 0.3.
     let table = [3.492, 8.525, 21.43, 27.33, 31.11, 54.44];
     for (w, want) in omegas(&modes).iter().zip(table) {
         // Measured: 0.2 to 0.7 % below Barton's upper bounds.
         near(w / unit, want, 8e-3, "plate");
         assert!(w / unit < want * 1.0001, "a longer series lowers frequencies");
     }
-    // A narrow plate is a beam: E h²/12 without (1 − ν²).
+    // A narrow plate behaves like a beam, with E h²/12 instead of E h²/12 (1 − ν²).
     let strip = Plate { width: 0.02, poisson: 0.3, attach: vec![], ..plate };
     let w = omegas(&strip.modes(1).unwrap())[0];
     let beam = (1.875_104_f64 / 0.8).powi(2) * (7e10_f64 * 4e-6 / 12.0 / 2700.0).sqrt();
-    // Measured 7.3e-3 above: polynomials hardly resolve the short zone in which the clamped edge prevents the strip from curling. The value without
-    // any curling would be 48e-3.
+    // Measured: 7.3e-3 above, because polynomials hardly resolve the short zone in which the clamped edge prevents the
+    // strip from curling. Without any curling the frequency would be 48e-3 above.
     near(w, beam, 1e-2, "strip");
 }
 
@@ -144,7 +144,7 @@ fn static_deflection_of_many_modes_is_that_of_the_handbook() {
     let deflection: f64 =
         (0..8).map(|i| tip.translation[i].y.powi(2) * F / modes.stiffness[i]).sum();
     let want = F * b.length.powi(3) / (3.0 * b.young * b.I_z);
-    // Contribution of the modes beyond the eighth: Σ 12/(βL)⁴ from the ninth on, 7.9e-5; this value was measured.
+    // The modes from the ninth on contribute Σ 12/(βL)⁴ = 7.9e-5. This agrees with the measured difference.
     let left: f64 =
         (9..200).map(|k| 12.0 / ((f64::from(k) - 0.5) * std::f64::consts::PI).powi(4)).sum();
     near(deflection, want * (1.0 - left), 1e-6, "FL³/3EI");
@@ -156,7 +156,7 @@ fn frames_on_a_beam_follow_its_shape() {
     let count = BeamModes { bending_y: 2, bending_z: 2, twist: 1, stretch: 1 };
     let all = b.modes(count).unwrap();
     let mut measured = [0.0_f64; 3];
-    // Interpolate every station from its neighbours.
+    // Interpolate each station from its neighbours.
     for i in 2..all.stations.len() - 2 {
         let mut fewer = all.clone();
         let want = fewer.stations.remove(i);
@@ -175,7 +175,7 @@ fn frames_on_a_beam_follow_its_shape() {
             *worst = if x.is_nan() { f64::INFINITY } else { worst.max(x) };
         }
     }
-    // Measured 5.6e-6 m, 4.3e-5 rad, 4.6e-5 / m, of 1 m, 3.9 rad, 8 / m.
+    // Measured: 5.6e-6 m, 4.3e-5 rad and 4.6e-5 / m, of 1 m, 3.9 rad and 8 / m.
     for (worst, most) in measured.iter().zip([1e-5, 1e-4, 1e-4]) {
         assert!(*worst < most, "{measured:?}");
     }
@@ -243,7 +243,7 @@ fn coordinates_come_after_the_hinges_and_move_like_numbers() {
     mbs.qdot(&q, &dv, &mut rate);
     assert_eq!(rate[1..3], dv[1..3]);
     assert_eq!(mbs.neutral_q(), [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
-    // Poses follow the station: the hand is fixed to the disc.
+    // Poses follow the station, because the hand is fixed to the disc.
     let poses = mbs.body_poses(&[0.0, 0.2, -0.1, 0.0, 0.0, 0.0, 1.0]);
     let R = linkwork_multibody::spatial::Quat::from_scaled_axis(Vec3::new(0.0, 0.1, 0.26));
     let want = Vec3::new(1.0, 0.2 - 0.01, -0.1) + R * Vec3::new(0.0, 0.005, 0.0);
@@ -312,7 +312,7 @@ fn modes_that_no_body_has_are_refused_with_the_remedy() {
         m.stations[0].pose.position.y = 0.1;
     });
     said(&off, &["station 0 is not on the x axis"]);
-    // All faults at once.
+    // All faults are reported at once.
     let all = faults(|m| {
         m.stiffness = vec![1.0];
         m.stations[1].mass.mass = -1.0;

@@ -95,7 +95,8 @@ fn integrate_and_difference_are_inverse_and_agree_with_qdot() {
             let slope = (plus[i] - minus[i]) / (2.0 * h);
             assert!((slope - qdot[i]).abs() < 1e-9, "seed {seed}, lane {i}: {slope} {}", qdot[i]);
         }
-        // Small motions are recovered to round-off too: tests the series of the SE(3) exponential.
+        // Small motions are also recovered to round-off. This tests the series of the SE(3)
+        // exponential.
         let small: Vec<f64> = dv.iter().map(|x| 1e-3 * x).collect();
         m.integrate(&q, &small, &mut to);
         m.difference(&q, &to, &mut back);
@@ -271,7 +272,7 @@ fn what_is_held_together_is_told() {
     }
     let at = |body: &str| HingeCoordinate { body: body.into(), subhinge: 0 };
     b.coupling(Coupling::differential("differential", at("rocker_r"), at("rocker_l")));
-    // The path leads from wheel to wheel over the rockers: wheel_l is prescribed and therefore independent.
+    // The path leads from wheel to wheel over the rockers. wheel_l is prescribed and therefore independent.
     b.loop_closure(LoopClosure {
         name: "axle".into(),
         body_a: "wheel_r".into(),

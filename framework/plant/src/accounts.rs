@@ -48,7 +48,7 @@ impl MechanismBlock {
         let evaluated = self.at != NEVER;
         let plan = self.plan.clone();
         let steps = plan.contact.is_some() || plan.rolling.is_some();
-        // At a row the last evaluation was at this state, unless the part advances by its own method.
+        // At a row, the last evaluation was at this state unless the part advances by its own method.
         if steps || !evaluated {
             self.at = NEVER;
             self.kinematics(now, x);

@@ -28,7 +28,7 @@ pub(crate) fn check(
         let moving: Vec<_> = body.subhinges().iter().filter(|s| !s.v.is_empty()).collect();
         match moving[..] {
             [] => {
-                // Welded: the frame in its parent.
+                // The body is welded: express the frame in its parent.
                 let Some(parent) = body.parent() else { return };
                 X = body.hinge_in_parent() * body.hinge_in_body().inverse() * X;
                 id = parent;

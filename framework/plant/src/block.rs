@@ -416,7 +416,7 @@ impl Block for MechanismBlock {
         if now.evaluation == Evaluation::Tick {
             self.put_constraints(q, sig);
         }
-        // Those who read what a body touches do so at every stage.
+        // Parts that read the contacts of a body read them at every stage.
         if now.evaluation == Evaluation::Tick || !self.plan.ports.contacts.is_empty() {
             self.put_contact(sig);
         }

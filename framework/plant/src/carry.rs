@@ -141,7 +141,8 @@ fn close(
         let placed = projector.positions(tree, &mut ws, solver, &motions, q);
         placed.and_then(|_| projector.rates(tree, &mut ws, solver, &motions, q, v))
     };
-    // An impact shares momentum by the masses, whatever `solve` says; without masses the loops alone decide.
+    // Masses determine how an impact distributes momentum, independently of `solve`. Without masses, the
+    // loops alone determine it.
     let mut rows = ConstrainedSolver::new(tree, |_| ConstraintMethod::Augment);
     let (mut placed, mut shared) = (q.to_vec(), v.to_vec());
     match close(&mut rows, &mut placed, &mut shared) {

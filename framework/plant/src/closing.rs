@@ -21,7 +21,7 @@ impl MechanismBlock {
                 self.projector.rates(tree, &mut self.ws, solver, motions, q, &mut rest[..nv])
             })
             .map_err(|e| Failure::of(&e))?;
-        // Impulses of contact make rates jump.
+        // Contact impulses let the rates jump, so a jump does not indicate a change of branch.
         if self.stepper.is_some() {
             return Ok(());
         }
@@ -31,7 +31,8 @@ impl MechanismBlock {
     /// Removes from a small change of the state the part that [`MechanismBlock::close`] would remove. Only near a loss of rank this part is large enough to matter.
     pub(crate) fn close_change(&mut self, x: &[f64], change: &mut [f64]) -> Outcome {
         let steps = self.stepper.is_some() || self.rolls.is_some();
-        // The solver holds the last stage. Every attempt of a step evaluates its stages again, so this does not affect a resumed run.
+        // The solver contains the data of the last stage. Every attempt of a step evaluates its stages again, so this
+        // does not affect a resumed run.
         let near = |s: &ConstrainedSolver| s.independence() < NEAR;
         if steps || !self.solver.as_ref().is_some_and(near) {
             return Ok(());

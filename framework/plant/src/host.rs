@@ -99,7 +99,7 @@ fn through_the_body(world: &dyn World, s: &BodyStart, (p, v): (Vec3, Vec3)) -> O
         let help = "lengths without a unit are metres: write `semi_major_axis: \"7000 km\"`; for an ascent or an entry this is as it should be";
         Some(Fault::new(s.origin, fact).help(help))
     };
-    // Below the ground of any site.
+    // The position is below the ground of any site.
     if r.norm() < 0.99 * polar {
         return fault(format!(
             "body `{body}` starts {} km from the centre of the central body, whose radius is {} km",

@@ -92,7 +92,8 @@ fn lanes(kind: SubhingeKind) -> [&'static [Lane]; 3] {
         SubhingeKind::Slider { .. } => {
             [&[("displacement", "m")], &[("speed", "m/s")], &[("acceleration", "m/s^2")]]
         }
-        // The second part of the coordinates, the first of the others.
+        // A ball hinge has the rotation of a free hinge: the second part of its coordinates, and
+        // the first part of its rates and accelerations.
         SubhingeKind::Ball => [&FREE[0][3..], &FREE[1][..3], &FREE[2][..3]],
         SubhingeKind::Free => FREE,
         SubhingeKind::Locked => [&[], &[], &[]],
@@ -122,7 +123,8 @@ fn coordinates(all: &mut Vec<Named>, m: &MechanismPlan, w: &Wiring, body: &Body)
             (n, output(w.yd + sub.v.start + i), doc)
         });
         let mut lanes: Vec<_> = q.chain(v).chain(a).collect();
-        // Bodies are in the order of their names: so all paths are, and sorting them again costs nothing.
+        // Bodies are sorted by name. Sort their variables in the same way, so that sorting all paths
+        // again costs nothing.
         lanes.sort_unstable_by_key(|lane| lane.0.0);
         all.extend(lanes.into_iter().map(|(&(name, unit), (place, role), doc)| Named {
             path: [&part, &*tag, ".", name].concat(),

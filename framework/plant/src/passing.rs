@@ -34,7 +34,7 @@ impl MechanismSpec {
         let mut scratch = Scratch::new(colliders);
         let mut told: Vec<BodyId> = Vec::new();
         for (a, b) in pairs {
-            // Welded to the world, or the world itself, is the one whose body does not move.
+            // The body that does not move is welded to the world, or is the world itself.
             let (moving, still) = if self.moves(colliders, a) { (a, b) } else { (b, a) };
             let Some(body) = colliders.body(moving).filter(|b| !told.contains(b)) else { continue };
             let stands = !self.moves(colliders, still) && colliders.spec(still).name != TERRAIN;

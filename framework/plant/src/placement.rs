@@ -102,7 +102,7 @@ fn put_down(plan: &mut Plan, terrain: &dyn Terrain, p: &Placement) -> Result<Pla
         );
     }
     let at = mb.get(root).q().start;
-    // The machine: the root and its descendants.
+    // The machine consists of the root and its descendants.
     let mut own: Vec<usize> = mb.get(root).v().collect();
     for id in mb.body_ids() {
         let mut up = mb.get(id).parent();

@@ -91,13 +91,13 @@ impl MechanismPlan {
         m.constraints().next()?;
         let mut rows = Rows::of(self, Stabilisation::None);
         let still = vec![0.0; self.v.len()];
-        // Prescribed motions that have nothing to do with each other.
+        // Use unrelated prescribed motions, so that contradictions do not cancel by chance.
         let odd = |k: usize| 1.0 + (k as f64 * 0.618_033_988_749_895).fract();
         let given = m.prescribed();
         for (k, a) in rows.vdot.iter_mut().enumerate().filter(|(k, _)| given[*k]) {
             *a = odd(k);
         }
-        // Gaps go on as they are found: rows that repeat others do so in them, too.
+        // A gap at the start keeps its size: rows that repeat other rows have the same gap.
         let gap = |k: &usize| self.gaps.iter().any(|g| g.motions.contains(k));
         let motion = |(k, l): (usize, &LoopMotion)| LoopMotion {
             rate: 0.0,
@@ -125,7 +125,8 @@ impl MechanismPlan {
         self.multibody.constraints().next()?;
         let by_all = Stabilisation::Baumgarte { frequency: 1.0, damping: 0.5 };
         let mut rows = Rows::of(self, by_all);
-        // A gap at the start of a later phase is of no meaning: rows that are singular there are not where the phase begins.
+        // Ignore gaps, because they have no meaning at the start of a later phase: the phase begins at another
+        // configuration.
         let mut motions = self.loop_motions.clone();
         for k in self.gaps.iter().flat_map(|g| g.motions.clone()) {
             motions[k].acceleration = 0.0;

@@ -35,7 +35,8 @@ impl MechanismBlock {
         sig: &mut [f64],
     ) -> Outcome {
         let Rolls { rolling, terrain, still, hold, before, wheels, tractions } = rolls;
-        // Forces that hold the machine in equilibrium against gravity and the forces from wires.
+        // Compute the forces that hold the machine in equilibrium against gravity and the forces
+        // from wires.
         self.at = NEVER;
         let q = &x[self.w.x..self.w.x + self.q.len()];
         kinematics(&self.tree, &mut self.ws, q, still);
@@ -87,7 +88,7 @@ impl MechanismBlock {
         }
         self.put_vehicles(sig);
         let [_, constraints, first, end, _] = self.output_lanes();
-        // Couplings, the only constraints: they hold to the accuracy of the settling.
+        // Couplings are the only constraints here. They hold to the accuracy of the settling.
         for (lanes, force) in
             sig[constraints..first].chunks_exact_mut(2).zip(rolling.coupling_forces())
         {

@@ -43,7 +43,8 @@ impl MechanismBlock {
             let back = own.inverse();
             let mut sum = RigidInertia::zero();
             for body in members {
-                // Relative to the node first: moments about a far origin of W would have no digits left.
+                // Compute moments relative to the node first, because moments about a distant origin of
+                // W would lose all digits.
                 let there = back * self.ws.body_pose(&self.tree, *body);
                 let inertia = self.tree.multibody().get(*body).inertia();
                 sum += inertia.rotate(&there.rotation).shift_to_parent(&there.position);

@@ -96,7 +96,7 @@ fn loops_keep_the_order_and_do_not_drift() {
                 x.iter().zip(&reference).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
             });
             let order = (e[0] / e[1]).log2();
-            // Measured: 4.6 and 1.0.
+            // Measured orders: 4.6 and 1.0.
             assert!(
                 (order - want).abs() < 0.7,
                 "{constraint_method:?} {integrator:?}: {order} {e:?}"
@@ -113,7 +113,8 @@ fn forces_of_loops_are_variables() {
         (0..3).map(|i| sim.get(&format!("Linkage.joint.force[{i}]")).unwrap()).collect::<Vec<_>>()
     };
     let (a, b) = (force(ConstraintMethod::Augment), force(ConstraintMethod::Embed));
-    // The force across the plane is one of the redundant rows.
+    // Compare only components in the plane, because the force across the plane belongs to a
+    // redundant row and is not unique.
     let plane = |f: &[f64]| [f[0], f[2]];
     let scale = plane(&a).iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     assert!(scale > 1.0, "{a:?}");
@@ -141,7 +142,7 @@ fn loop_motions_are_states() {
     let (mbs, q) = four_bar(true);
     let mut s = spec(vec![gravity()], &[]);
     let mut m = MechanismSpec::new("Linkage", Arc::new(mbs), q, vec![0.0; 3]);
-    // The angle of the closed start, so that the loop closes.
+    // Use the angle of the closed configuration, so that the loop closes at the start.
     let x = closed().0;
     let angle = x[0] + x[1] - x[2];
     m.motions[0].position = angle;
@@ -322,7 +323,7 @@ fn what_a_loop_holds_together_is_told_by_the_structure() {
             start[mbs.get(mbs.body(body).unwrap()).q().start] = angle;
         }
         let mut v = vec![0.0; mbs.nv()];
-        // Whichever of them are dependent.
+        // Set all three rates, because the choice of dependent coordinates is not known here.
         for body in ["crank", "coupler", "rocker"] {
             v[mbs.hinge(body).unwrap().start] = 1.0;
         }

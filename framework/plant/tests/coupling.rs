@@ -13,7 +13,8 @@ fn solved(text: &str) -> WireSpec {
 
 #[test]
 fn a_force_against_acceleration_is_added_mass() {
-    // A body of 2 kg pushed by 3 N through a fluid that takes 5 kg along: by iteration it would diverge.
+    // A force of 3 N pushes a body of 2 kg through a fluid with an added mass of 5 kg. Fixed-point
+    // iteration would diverge.
     let mut b = Builder::new();
     b.body(
         BodySpec::new("body", "world").hinge(Hinge::slider(Vec3::x())).mass(MassProperties::new(
@@ -65,7 +66,7 @@ fn hinges_are_pinned_and_rotations_are_not() {
             let e = sim.pin(path, 0.5).unwrap_err();
             assert!(e.message.contains("holds it together"), "{e}");
         }
-        // A rate that stays, an angle that goes with it.
+        // The rate is pinned, and the angle increases with it.
         sim.pin("arm.rate", 0.5).unwrap();
         sim.run_until(seconds(1.0)).unwrap();
         assert!((sim.get("arm.angle").unwrap() - 1.3).abs() < 1e-9, "{method:?}");
@@ -74,7 +75,7 @@ fn hinges_are_pinned_and_rotations_are_not() {
         sim.pin("arm.angle", angle).unwrap();
         sim.run_until(seconds(2.0)).unwrap();
         assert_eq!(sim.get("arm.angle").unwrap().to_bits(), angle.to_bits(), "{method:?}");
-        // The mechanism integrates the acceleration that it shows.
+        // The mechanism integrates the pinned acceleration.
         sim.unpin("arm.rate").unwrap();
         sim.unpin("arm.angle").unwrap();
         sim.pin("arm.acceleration", -1.0).unwrap();

@@ -94,7 +94,8 @@ fn a_small_swing_decays_as_its_closed_form() {
         assert!(q.is_finite());
         worst = worst.max((q - exact).abs());
     }
-    // Measured: 1.2e-13; the sine leaves swing³. The difference without damping is 1e-4.
+    // Measured: 1.2e-13, from the nonlinearity of the sine (of order swing³). Without damping the
+    // difference would be 1e-4.
     assert!(worst < 1e-12, "{worst:e}");
 }
 
@@ -103,7 +104,7 @@ fn a_large_swing_loses_the_work_of_its_damping() {
     let d = 0.31;
     let track = track(&pendulum(pin().damping(d), 2.0, 0.7, Contact::Off), 2000);
     let power = |k: usize| d * track[k][2] * track[k][2];
-    // Simpson.
+    // The integral uses Simpson's rule.
     let lost: f64 = (0..1000)
         .map(|i| (power(2 * i) + 4.0 * power(2 * i + 1) + power(2 * i + 2)) * 0.001 / 3.0)
         .sum();
@@ -138,7 +139,7 @@ fn damping_acts_with_contact_to_first_order() {
     let exact = 2.0 * (-d / 0.23f64).exp();
     assert!((run(Contact::Off) - exact).abs() < 1e-12);
     let stepped = (run(Contact::On) - exact).abs() / exact;
-    // Measured: 9.09e-4, as h d² t / 2 I² says to first order.
+    // Measured: 9.09e-4, as predicted to first order by h d² t / 2 I².
     assert!((5e-4..2e-3).contains(&stepped), "{stepped:e}");
 }
 
@@ -162,7 +163,7 @@ fn a_bar_that_falls_on_its_stop_stays_within_the_stated_distance() {
     let up = track.windows(3).filter(|w| w[0][1] > w[1][1] && w[1][1] <= w[2][1]);
     let tops: Vec<f64> = up.map(|w| w[1][1]).filter(|q| *q < 0.3).collect();
     assert!(!tops.is_empty() && tops.is_sorted(), "{tops:?}");
-    // And without a stop it swings on.
+    // Without a stop the bar keeps swinging.
     let free = flag(pin().limits(Limits::position(-1.0, 0.3)).stop(Stop::Off), Contact::Off);
     assert!(plan(&free).warnings.is_empty());
     assert!(self::track(&free, 2000).iter().any(|x| x[1] > 1.5));
@@ -171,8 +172,8 @@ fn a_bar_that_falls_on_its_stop_stays_within_the_stated_distance() {
 #[test]
 fn no_impact_on_a_usual_stop_gives_energy_or_goes_too_deep() {
     let hinge = pin().limits(Limits::position(-1.0, 0.3));
-    // In steps of motion. Measured: 0.996 of 5; 1.0006 of 5 for the first-order method, which is
-    // allowed a step more.
+    // `steps` is the permitted depth in units of the motion per step. Measured: 0.996 × 5, and
+    // 1.0006 × 5 for the first-order method, which is therefore permitted one step more.
     for (integrator, steps) in [
         (Integrator::Rk4, 5.0),
         (Integrator::SemiImplicitEuler, 6.0),
@@ -196,7 +197,7 @@ fn no_impact_on_a_usual_stop_gives_energy_or_goes_too_deep() {
 
 #[test]
 fn a_stop_never_pulls() {
-    // Inside the stop, outwards faster than 1/c: nothing holds it back.
+    // The bar is inside the stop and leaves it faster than 1/c, so the stop exerts no force.
     let stop = Stop::Soft { stiffness: 400.0, damping: 1.0 };
     let hinge = pin().limits(Limits::position(-1.0, 0.3)).stop(stop);
     let spec = bar(hinge, [0.0; 3], 0.0, (vec![0.5], vec![-5.0]), Contact::Off);
@@ -210,11 +211,11 @@ fn a_written_stop_has_its_stiffness_and_contact_its_own() {
     let stop = Stop::Soft { stiffness: 400.0, damping: 3.0 };
     let hinge = pin().limits(Limits::position(-0.3, 0.3)).stop(stop).damping(0.2);
     let [_, q, _] = track(&flag(hinge.clone(), Contact::Off), 8000)[8000];
-    // Spring and weight balance.
+    // The spring balances the weight.
     let sag = MASS * GRAVITY * ARM * q.cos() / 400.0;
     assert!((q - 0.3 - sag).abs() < 1e-4 * sag, "{q} {sag}");
     let deepest = track(&flag(hinge, Contact::On), 2000).iter().map(|x| x[1]).fold(0.0, f64::max);
-    // The limit is a row with contact, which leaves a rest of 1e-4.
+    // With contact the limit is a constraint row, which leaves a residual of 1e-4.
     assert!(deepest > 0.29 && deepest < 0.3 + 2e-4, "{deepest}");
 }
 
@@ -223,7 +224,7 @@ fn smooth_friction_creeps_and_friction_with_contact_sticks() {
     let weight = MASS * GRAVITY * ARM;
     let friction = Friction { force: 1.5 * weight, rate: 0.01 };
     let [_, q, v] = track(&flag(pin().friction(friction), Contact::Off), 1000)[1000];
-    // force tanh(v / rate) = weight · cos q.
+    // The velocity follows from force tanh(v / rate) = weight · cos q.
     let creep = 0.01 * (q.cos() / 1.5f64).atanh();
     assert!((v - creep).abs() < 1e-6 && q > 0.005, "{q} {v} {creep}");
     let [_, q, v] = track(&flag(pin().friction(friction), Contact::On), 1000)[1000];
@@ -342,7 +343,7 @@ fn a_spring_stores_energy_and_a_damper_loses_it() {
         // The trapezoidal rule with 1 ms has an error of some 1e-6 J; the spring takes 1 J.
         assert!((y[0] + y[1] + y[2] - left).abs() < 1e-5, "{y:?} {left}");
     }
-    // A ball turned by 0.9 rad about an oblique axis.
+    // The ball is rotated by 0.9 rad about an oblique axis.
     let turn = linkwork_spatial::Quat::from_scaled_axis(Vec3::new(0.6, -0.6, 0.3));
     let q = turn.coords.iter().copied().collect::<Vec<_>>();
     let start = (q, vec![0.3, -0.2, 0.5]);
@@ -350,7 +351,7 @@ fn a_spring_stores_energy_and_a_damper_loses_it() {
     let all = accounts(&ball);
     let sum = |y: &[f64]| y[0] + y[1] + y[2];
     for (y, x) in &all {
-        // θ of the quaternion (x, y, z, w).
+        // θ is the rotation angle of the quaternion (x, y, z, w).
         let theta = 2.0 * Vec3::new(x[0], x[1], x[2]).norm().atan2(x[3].abs());
         assert!((y[2] - 2.0 * theta * theta).abs() < 1e-12, "{y:?} {theta}");
         assert!((sum(y) - sum(&all[0].0)).abs() < 1e-9, "{y:?}");

@@ -62,7 +62,7 @@ fn each_integrator_has_its_order_on_the_whole_system() {
         (Integrator::Verner, [0.1, 0.05], 8.0),
         (Integrator::Rodas, [0.02, 0.01], 4.0),
     ] {
-        // `accuracy: None`: one step from row to row, so that the step is the file's.
+        // `accuracy: None` takes one step from row to row, so the step size is the one in the file.
         let e = steps.map(|h| distance(&final_x(integrator, h), &reference));
         let order = (e[0] / e[1]).log2();
         println!("{integrator:?}: order {order:.3}, errors {e:?}");
@@ -131,7 +131,7 @@ fn what_is_probably_not_meant_is_a_warning() {
     let [told] = &free(None, vec![])[..] else { panic!("one warning") };
     assert!(told.contains("`rock` is free") && told.contains("gravity: \\\"none\\\""), "{told}");
     assert!(free(Some("none"), vec![]).is_empty());
-    // A motion for a hinge that is free is an error, a torque on a prescribed one a warning.
+    // A motion for a free hinge is an error; a torque on a prescribed hinge is a warning.
     let mut s = swing(Integrator::Rk4, 0.001);
     let m = s.mechanism_mut().unwrap();
     let arm = m.multibody.body("arm").unwrap();
@@ -166,7 +166,8 @@ fn what_tumbles_flies_straight_with_semi_implicit_euler() {
     sim.run_until(Seconds::new(2, 1).unwrap()).unwrap();
     for (axis, want) in [("x", 2.0), ("y", 4.0), ("z", 6.0)] {
         let at = sim.get(&format!("stone.position.{axis}")).unwrap();
-        // Measured: 11 mm of 7.5 m, for ω changes within a step; by v + h (a − ω × v) alone it is metres.
+        // Measured: 11 mm of 7.5 m, because ω changes within a step. With v + h (a − ω × v) alone, the
+        // error is several metres.
         assert!((at - want).abs() < 2e-2, "{axis}: {at}, not {want}");
     }
 }

@@ -49,7 +49,7 @@ fn checkpoints_are_taken_or_refused() {
         }
         true
     });
-    // 150 of 6000.
+    // Measured: 150 of 6000 mutated checkpoints are accepted.
     assert!(taken > 10 && stepped > 2, "{taken} taken, {stepped} go on");
 }
 

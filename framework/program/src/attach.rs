@@ -190,7 +190,7 @@ fn watch(
     let mut lines = 0;
     while count != Some(lines) {
         let reply = match client.receive() {
-            // The run has ended.
+            // The end of the stream means that the run has ended.
             Err(ClientError::Frame(FrameError::Ended)) => return Ok(()),
             reply => reply?,
         };

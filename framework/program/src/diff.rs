@@ -43,7 +43,7 @@ fn read(path: &Path) -> Result<Contents, String> {
                 .map(|(k, y)| {
                     let name =
                         c.layout.get(k).or_else(|| signals.get(k - n).filter(|s| !s.is_empty()));
-                    // A state and an output can have the same name.
+                    // A state and an output can have the same name; then show the number of the signal.
                     let taken = k >= n && name.is_some_and(|s| c.layout.contains(s));
                     let name = name.filter(|_| !taken).cloned();
                     (name.unwrap_or_else(|| format!("signal slot {}", k - n)), one(y))

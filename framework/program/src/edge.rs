@@ -43,7 +43,7 @@ impl Edges {
             let all = plan.services.iter();
             all.filter_map(|(path, object)| Some((path, object.get::<dyn Terrain>()?)))
         };
-        // At a site, the ground curves down with the planet.
+        // The ground at a site curves down with the planet.
         let site = plan.services.iter().find_map(|(_, object)| object.axes().site());
         let height = |p: &Vec3| {
             let far = |s: linkwork_runtime::Site| {

@@ -81,7 +81,7 @@ impl Fork {
             exit::INPUT
         })?;
         let after = Names::of(sim.plan());
-        // A part that exists before and after but starts anew has lost its state.
+        // A part that existed before but was started anew has lost its state.
         let (anew, fresh): (Vec<&String>, Vec<&String>) =
             report.new.iter().partition(|part| before.parts.contains(*part));
         let bodies: Vec<&String> = before.bodies.difference(&after.bodies).collect();
@@ -136,7 +136,7 @@ fn prepared(file: &Path, options: &ForkOptions) -> Result<(Ready, String, Fork),
         exit::INPUT
     })?;
     let ready = match &options.sim {
-        // The noise sequences continue.
+        // With the seed of the checkpoint, the noise sequences continue.
         Some(sim) => load::ready(sim, &options.set, Some(checkpoint.seed))?,
         None => load::ready_text_set(&text, &checkpoint.configuration, &options.set)?,
     };

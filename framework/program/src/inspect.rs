@@ -17,7 +17,8 @@ pub fn list(sim: Option<&Path>, pattern: Option<&str>) -> u8 {
         models(load::catalogue().iter());
         return exit::OK;
     };
-    // `linkwork list 'actuators.*'`, `linkwork list parachute`: an argument that is not a file is a pattern or a search word for models.
+    // In `linkwork list 'actuators.*'` and `linkwork list parachute`, the argument is not a file but a pattern or a
+    // search word for models.
     if !path.exists() && pattern.is_none() {
         let text = path.display().to_string();
         let catalogue = load::catalogue();

@@ -69,7 +69,7 @@ pub fn time(text: &str, what: &str) -> Result<Seconds, u8> {
         let value = number.map_or_else(|_| Value::Text(text.to_string()), Value::Number);
         match &value {
             Value::Number(x) => (*x >= 0.0).then(|| Seconds::from_decimal(*x)).flatten(),
-            // A rate is not accepted as a time: "2 Hz" would mean half a second.
+            // Reject a rate, because as a time "2 Hz" would mean half a second.
             text => Seconds::period(text).ok().filter(|_| !value.to_string().contains("Hz")),
         }
     });

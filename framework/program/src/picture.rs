@@ -72,7 +72,7 @@ impl Picture {
         self.next = t + self.every;
         if let Some((x, y, points)) = &mut self.map {
             let (x, y) = (sim.value(*x), sim.value(*y));
-            // The point is missing in phases without the body.
+            // The value is missing in phases that do not have the body.
             if !x.is_nan() && !y.is_nan() {
                 points.add(x, y);
             }
@@ -288,7 +288,8 @@ mod tests {
     #[test]
     fn no_peak_is_missed_and_memory_stays() {
         let rows = 1_000_000_u32;
-        // Farther apart than the length of the final intervals, at any position in them.
+        // The peaks are farther apart than the length of the final intervals, at any position in
+        // them.
         let (up, down) = (|k: u32| k % 7193 == 5000, |k: u32| k % 8311 == 6000);
         let value = |k: u32| match f64::from(k) {
             x if up(k) => 9.0 + x * 1e-6,

@@ -60,7 +60,7 @@ pub fn print(profile: &Profile, wall: f64) {
 /// A message with the path.
 pub fn write(profile: &Profile, wall: f64, name: &str, path: &Path) -> Result<(), String> {
     let times = Times::of(profile, wall);
-    // A semicolon separates frames, and the last space precedes the number.
+    // In this format, a semicolon separates frames, and the last space precedes the number.
     let frame = |text: &str| text.replace([';', '\n'], "_");
     let mut text = String::new();
     let micro = |s: f64| (s * 1e6).round() as u64;

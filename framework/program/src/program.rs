@@ -92,7 +92,7 @@ impl Program {
         });
         match done {
             Ok(code) => ExitCode::from(voice::exit_code(code)),
-            // Help and version, or an error in the arguments.
+            // The user requested help or the version, or an argument is invalid.
             Err(e) => {
                 let code = u8::try_from(e.exit_code()).unwrap_or(exit::INPUT);
                 if let Some(ContextValue::String(word)) = e.get(ContextKind::InvalidSubcommand) {

@@ -45,7 +45,8 @@ pub fn resume(
     checkpoint: &Checkpoint,
     sim: &Simulation,
 ) -> Result<(), String> {
-    // The entry is missing: the run did not have a log, or an older version wrote the checkpoint.
+    // If the entry is missing, the run did not have a log, or an older version wrote the
+    // checkpoint.
     let nothing = rmp_serde::to_vec::<[u8; 0]>(&[]).map_err(|e| e.to_string())?;
     recorder.resume(checkpoint.extra.get(&recorder_entry(LOG)).unwrap_or(&nothing), sim)
 }

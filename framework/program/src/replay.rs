@@ -95,7 +95,7 @@ impl Consumer for Verify {
         }
         for ((series, truth), y) in self.columns[row.group as usize].iter().zip(&row.values) {
             let Logged { series: Series { t: times, .. }, path, .. } = &logged[*series];
-            // A truncated log ends earlier for some variables than for others.
+            // In a truncated log, some variables end earlier than others.
             if times.last().is_none_or(|last| t > *last) {
                 continue;
             }
@@ -174,7 +174,8 @@ fn compare(
             logged[k].path
         ));
     }
-    // The last samples may be those before an event, whose time is not recorded otherwise.
+    // The last samples may precede an event whose time the log does not contain, so run further by
+    // this time.
     let before = |rule: &Rule| rule.around.as_ref().map_or(0.0, |a| a.before.seconds());
     let beyond = rules.iter().map(before).fold(0.0, f64::max);
     let findings = Arc::new(Mutex::new(Findings { logged, ..Findings::default() }));
@@ -182,7 +183,7 @@ fn compare(
     let recorder = Recorder::start(&sim, groups, 64, Box::new(verify));
     let mut recorder = recorder.map_err(|e| e.to_string())?;
     if let Some(start) = start {
-        // The run did not have a log if there is no entry.
+        // If the checkpoint does not have the entry, the run did not have a log.
         let _ = recorders::resume(&mut recorder, start, &sim);
     }
     let outcome = step_to(&mut sim, &mut recorder, sets, last, beyond);

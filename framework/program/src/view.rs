@@ -223,7 +223,7 @@ mod drawn {
                 Err(exit::INPUT)
             }
             Err(fault) => {
-                // An incomplete recording would look complete.
+                // Remove an incomplete recording, because it would look complete.
                 drop(drawing);
                 if opened {
                     let _ = std::fs::remove_file(&out);

@@ -64,7 +64,7 @@ pub fn report(failure: &Failure) -> u8 {
         (true, true) => Look::Drawn,
         (true, false) => Look::Coloured,
     };
-    // The drawing contains escape sequences; the sequences of the file are removed before.
+    // Remove the escape sequences of the file first, because the drawing adds its own.
     let mut failure = harmless(failure);
     let more = failure.faults.len().saturating_sub(MOST);
     failure.faults.truncate(MOST);
@@ -125,7 +125,7 @@ pub fn clean(text: &str) -> Cow<'_, str> {
             rest = &rest[digits..];
             continue;
         }
-        // A short number is copied as a whole.
+        // Copy a short number as a whole.
         let n = digits.max(c.len_utf8());
         if obeyed(c) {
             out.extend(c.escape_unicode());

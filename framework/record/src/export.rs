@@ -149,7 +149,7 @@ impl Head {
             }
             let Some(row) = held.rows.get_mut(&ns) else { return Ok(()) };
             for (variable, value) in values {
-                // The log has not changed since the first pass, unless another process is writing it.
+                // The log is unchanged since the first pass, unless another process is writing it.
                 let Some(k) = of.get(variable.path.as_str()) else {
                     return Err(write(format!(
                         "`{}` was added to the log during the export",

@@ -324,7 +324,8 @@ fn messages<'a>(
         }
     }
     let message = |(part, mut list): (&'a str, Vec<(&'a String, &'a Variable)>)| {
-        // Components in the order of the ports, so that vectors are x, y, z, and rate[10] follows rate[9].
+        // Sort components in the order of the ports, so that vectors are x, y, z, and rate[10] follows
+        // rate[9].
         list.sort_by_key(|(_, v)| match v.place {
             Place::X(k) => (1, k),
             Place::D(k) => (2, k),
@@ -514,7 +515,7 @@ impl Consumer for Log {
         };
         let ended = finished.and(flushed);
         if ended.is_err() {
-            // Complete chunks remain, without the end of the log; readers accept this.
+            // The file keeps its complete chunks but has no footer; readers accept this.
             file.cut().map_err(|e| self.fault(&e.to_string()))?;
         }
         ended.and(sync(&self.disk).map_err(|e| self.fault(&e.to_string())))

@@ -241,7 +241,7 @@ mod tests {
                 std::thread::spawn(move || {
                     let _ = done.send(drawn(&own, equal));
                 });
-                // The failure would be a hang: the plot itself takes some milliseconds.
+                // A failing plot would hang, whereas a working one takes some milliseconds.
                 let svg = wait
                     .recv_timeout(Duration::from_secs(20))
                     .unwrap_or_else(|_| panic!("no picture of {values:?}, equal {equal}"));

@@ -656,7 +656,8 @@ mod tests {
         let strict = compare(&fine, &coarse, Rows::All, none);
         assert!(strict[0].what.contains("1001 samples against 301"), "{strict:?}");
         assert_eq!(compare(&fine, &coarse, Rows::Common, none), []);
-        // One value at a common time, and one that only the finer has.
+        // At common times, one value differs. One more difference is at a time that only the finer
+        // log has.
         let mut other = fine.clone();
         other.get_mut("a.y").unwrap().y[11] += 1.0;
         assert_eq!(compare(&other, &coarse, Rows::Common, none), []);
@@ -664,7 +665,8 @@ mod tests {
         let found = compare(&other, &coarse, Rows::Common, none);
         assert!(found.len() == 1 && (found[0].largest - 0.25).abs() < 1e-12, "{found:?}");
         assert!(found[0].what.ends_with("t = 0.2 s"), "{found:?}");
-        // An earlier and a later part overlap; parts without overlap are not equal.
+        // An earlier and a later part of a log are compared where they overlap. Logs without an
+        // overlap are not equal.
         let part = |from: usize, to: usize| {
             let s = &fine["a.y"];
             let (t, y) = (s.t[from..to].to_vec(), s.y[from..to].to_vec());

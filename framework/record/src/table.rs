@@ -59,7 +59,7 @@ impl Table {
         };
         let about = "give an existing .csv or .parquet file";
         let there = std::fs::metadata(path).map_err(|e| fail(e.to_string(), about))?;
-        // Opening a pipe would block.
+        // Check before opening, because opening a pipe blocks.
         if !there.is_file() {
             return Err(fail("it is not a regular file".into(), about));
         }

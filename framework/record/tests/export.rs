@@ -86,7 +86,7 @@ fn every_number_of_a_log_is_in_its_row_and_nothing_else() {
         (rows.len() as u64, contents.series.len(), End::Whole)
     );
     assert_eq!(titles.len(), 1 + contents.series.len());
-    // Multiples of 10 ms and of 35 ms in a second, common ones once.
+    // The times are the multiples of 10 ms and of 35 ms in one second; common times occur once.
     assert_eq!(rows.len(), 101 + 29 - 15);
     let times: Vec<f64> = rows.iter().map(|r| r[0].unwrap()).collect();
     assert!(times.windows(2).all(|t| t[0] < t[1]), "{times:?}");
@@ -113,14 +113,14 @@ fn logs_that_are_cut_damaged_or_empty() {
     let path = |name: &str| folder.path().join(name);
     log(&path("run.mcap"), true);
     let bytes = std::fs::read(path("run.mcap")).unwrap();
-    // A killed run: the table contains the rows that were written.
+    // If a run was killed, the table contains the rows that were written.
     let contents = read_log_contents(&path("run.mcap")).unwrap();
     std::fs::write(path("cut.mcap"), &bytes[..bytes.len() - 40]).unwrap();
     let done = export_parquet(&path("cut.mcap"), &path("cut.parquet")).unwrap();
     assert!(matches!(done.end, End::Cut { .. }), "{done:?}");
     assert_eq!(done.variables, contents.series.len());
     assert_eq!(table(&path("cut.parquet")).1.len() as u64, done.rows);
-    // A flipped bit: no new table, and an older one stays.
+    // If a bit was flipped, no table is written, and an older one stays.
     let mut bad = bytes.clone();
     bad[bytes.len() / 2] ^= 1;
     std::fs::write(path("bad.mcap"), bad).unwrap();

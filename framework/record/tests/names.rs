@@ -45,7 +45,7 @@ fn every_variable_is_read_under_its_own_path() {
     let variables = sim.plan().variables.clone();
     let paths: Vec<String> =
         variables.iter().filter(|(_, v)| all(v)).map(|(p, _)| p.clone()).collect();
-    // A rule for all variables, and one for only the second of two subhinges.
+    // The log has a rule for all variables, and one for only the second of two subhinges.
     let one = paths.iter().find(|p| p.starts_with("gantry[1]")).unwrap().clone();
     let rule = |paths: &[String], num| Rule {
         paths: paths.to_vec(),
@@ -73,7 +73,7 @@ fn every_variable_is_read_under_its_own_path() {
     assert!(wanted.len() > 60);
     for (column, path) in paths.iter().enumerate() {
         let series = &read[path];
-        // k/100, to the bit.
+        // The time is k/100, bit-identical.
         assert!(
             series.t.iter().zip(&rows).all(|(t, row)| t.to_bits() == row.0.to_bits()),
             "{path}"

@@ -119,7 +119,7 @@ impl HeightMap {
                     let row = b * self.nx;
                     &self.heights[row + i * LEAF..=row + ((i + 1) * LEAF).min(cx)]
                 });
-                // Comparisons with NaN are false, so missing data are ignored.
+                // Comparisons with NaN are false, so missing data do not affect the range.
                 range.push(all.fold([f32::INFINITY, f32::NEG_INFINITY], |[lo, hi], &h| {
                     [if h < lo { h } else { lo }, if h > hi { h } else { hi }]
                 }));
@@ -358,11 +358,12 @@ impl HeightMap {
         if above || below || (h00 + h10 + h01 + h11).is_nan() {
             return None;
         }
-        // Cell coordinates, 0 to 1, as linear functions of t.
+        // The cell coordinates, 0 to 1, are linear functions of t.
         let u0 = (line.o.x - self.origin[0]) * self.inverse[0] - i as f64;
         let v0 = (line.o.y - self.origin[1]) * self.inverse[1] - j as f64;
         let (du, dv) = (line.d.x * self.inverse[0], line.d.y * self.inverse[1]);
-        // Gap a + b t over the triangle of high u, and over the triangle of high v.
+        // Gap a + b t between the ray and the triangle of high u, and between the ray and the
+        // triangle of high v.
         let right = [
             line.o.z - (h00 + u0 * (h10 - h00) + v0 * (h11 - h10)),
             line.d.z - (du * (h10 - h00) + dv * (h11 - h10)),

@@ -66,7 +66,8 @@ fn a_sphere_has_its_silhouette_and_its_depth() {
     let at = Pose::translation(centre.x, centre.y, centre.z);
     let f = 160.5 / 0.5f64.tan();
     let row = 120.0 + f * centre.y / centre.z;
-    // The plane of the row contains x of the camera and n = (0, y, z)/|·|: a ray (a, y/z, 1).
+    // The plane of the row contains the camera's x axis and n = (0, y, z)/|·|, so its rays are (a,
+    // y/z, 1).
     let n = Vec3::new(0.0, centre.y, centre.z).normalize();
     let (along, across) = (n.dot(&centre), centre.x);
     let d = along.hypot(across);
@@ -74,7 +75,8 @@ fn a_sphere_has_its_silhouette_and_its_depth() {
     let want = [-half, half].map(|a| 160.0 + f * (turn + a).tan() / n.z);
     let got = edges(&ball, at, &Pose::identity(), &lens, row, 160.0 + f * centre.x / centre.z);
     assert!((0..2).all(|k| (got[k] - want[k]).abs() < 1e-6), "{got:?} {want:?}");
-    // Depths, and the edges of the mask within half a pixel of the same outline.
+    // Compare depths, and the edges of the mask, which must be within half a pixel of the same
+    // outline.
     let frame = seen(&ball, at, &Pose::identity(), &camera(1.0));
     let mut count = 0;
     for (k, depth) in frame.depth.iter().enumerate() {
@@ -126,7 +128,7 @@ fn an_edge_is_covered_by_parts_of_a_pixel() {
         ..Light::default()
     });
     let f = 20.5 / 0.1f64.tan();
-    // The right edge of a sheet in the plane z = 2, at pixel 20.3.
+    // The right edge of the sheet is in the plane z = 2, at pixel 20.3.
     let edge = 2.0 * (20.3 - 20.0) / f;
     let sheet = Shape::Box { half: Vec3::new(5.0, 5.0, 0.5) };
     scene
@@ -137,7 +139,7 @@ fn an_edge_is_covered_by_parts_of_a_pixel() {
     let row: f64 = frame.radiance[15 * 41..16 * 41].iter().map(|v| f64::from(v[0])).sum();
     let full = f64::from(frame.radiance[15 * 41 + 3][0]);
     assert!((full - 400.0 / std::f64::consts::PI).abs() < 1e-3, "Lambert: {full}");
-    // Pixels of the row that are covered: from −0.5 to 20.3.
+    // The sheet covers the row from pixel −0.5 to 20.3.
     assert!((row / full - 20.8).abs() < 0.1, "{}", row / full);
 }
 
@@ -187,20 +189,21 @@ fn a_pole_and_a_ball_throw_their_shadows_where_the_sun_says() {
     let dark = |x: f64, y: f64| scene.blocked(&Vec3::new(x, y, 1e-6), &sun, FAR);
     let length = height / elevation.tan();
     let away = Vec3::new(-azimuth.cos(), -azimuth.sin(), 0.0);
-    // The tip, by bisection along the shadow's middle; the end's disc reaches r farther.
+    // Find the tip of the shadow by bisection along its middle. The disc at the end of the pole
+    // adds r.
     let (mut a, mut b) = (0.5 * length, 2.0 * length);
     for _ in 0..50 {
         let m = 0.5 * (a + b);
         if dark(away.x * m, away.y * m) { a = m } else { b = m }
     }
     assert!((a - length - r).abs() < 1e-5, "{a} {length}");
-    // The image is as wide as the pole.
+    // The shadow is as wide as the pole.
     let side = Vec3::new(-away.y, away.x, 0.0);
     for off in [-1.01, -0.99, 0.99, 1.01] {
         let p = away * (0.5 * length) + side * (off * r);
         assert_eq!(dark(p.x, p.y), off.abs() < 1.0, "{off}");
     }
-    // The sphere's shadow is an ellipse about the shadow point of its centre.
+    // The sphere's shadow is an ellipse about the shadow of its centre.
     let foot = ball - sun * (ball.z / sun.z);
     for (along, across, want) in
         [(0.99, 0.0, true), (1.01, 0.0, false), (0.0, 0.99, true), (0.0, -1.01, false)]
@@ -208,7 +211,7 @@ fn a_pole_and_a_ball_throw_their_shadows_where_the_sun_says() {
         let p = foot + away * (along * 0.8 / elevation.sin()) + side * (across * 0.8);
         assert_eq!(dark(p.x, p.y), want, "{along} {across}");
     }
-    // The image agrees: lit ground has Lambert's radiance, shadowed ground zero.
+    // The image agrees: lit ground has Lambert's radiance, and shadowed ground is black.
     let X_WC = looking(Vec3::new(-3.0, -9.0, 4.0), Vec3::new(-3.0, 0.0, 0.0));
     let camera = camera(1.2);
     let frame = camera.look(&scene, &X_WC, Want::Radiance, 2).unwrap();
@@ -261,7 +264,7 @@ fn any_number_of_threads_gives_the_same_bits_and_so_does_each_ray_alone() {
         assert_eq!(one, camera.look(&scene, &X_WC, Want::Radiance, threads).unwrap(), "{threads}");
     }
     assert!(!one.inside);
-    // The requested outputs do not influence each other.
+    // Requesting one output does not affect the others.
     let depth = camera.look(&scene, &X_WC, Want::Depth, 2).unwrap();
     assert!(depth.normals.is_empty() && depth.radiance.is_empty());
     assert!(depth.depth == one.depth && depth.range == one.range && depth.objects == one.objects);
@@ -271,7 +274,7 @@ fn any_number_of_threads_gives_the_same_bits_and_so_does_each_ray_alone() {
     let image = detector.read(&one, 7, 3).unwrap();
     assert_eq!(image, detector.read(&one, 7, 3).unwrap());
     assert_ne!(image.data, detector.read(&one, 7, 4).unwrap().data);
-    // Tiles are complete: compare with each ray alone, through the whole scene.
+    // Each tile must see all objects: compare with each ray alone, cast through the whole scene.
     let R = X_WC.rotation.to_rotation_matrix();
     let (mut ground, mut things) = (0, 0);
     for (k, object) in one.objects.iter().enumerate() {
@@ -329,7 +332,8 @@ fn what_cannot_be_rendered_is_refused_with_the_reason() {
         text(scene.add("d", &ball, Look::plain([1.5; 3]), Pose::identity()).unwrap_err())
             .contains("albedo")
     );
-    // A rejected object does not change the scene; an object that was moved is an error until the scene is settled.
+    // A rejected object does not change the scene. After an object was moved, rendering is an error until the scene
+    // is settled.
     let far = scene.add("far", &ball, plain, Pose::translation(0.0, 0.0, -50.0)).unwrap();
     scene.settle();
     scene.set_pose(far, Pose::translation(0.0, 0.0, -60.0)).unwrap();

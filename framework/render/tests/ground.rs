@@ -117,7 +117,7 @@ fn rays_along_the_lines_of_the_grid_and_straight_down_find_no_crack() {
     let mut random = Random(11);
     let scene = scene(heights(&mut random));
     let half = [0, 1].map(|k| 0.5 * (N[k] - 1) as f64 * SPACING[k]);
-    // Downwards onto nodes, edges and diagonals, over the whole closed map.
+    // Cast rays straight down onto nodes, edges and diagonals, over the whole map without holes.
     for j in 0..=4 * (N[1] - 1) {
         for i in 0..=4 * (N[0] - 1) {
             let p = [i as f64 / 4.0 * SPACING[0] - half[0], j as f64 / 4.0 * SPACING[1] - half[1]];

@@ -177,7 +177,8 @@ fn what_is_behind_or_beyond_the_fold_has_no_pixel() {
     let lens = Lens::Brown(brown());
     assert!(lens.project(&Vec3::new(0.1, 0.1, -1.0)).is_none());
     assert!(lens.project(&Vec3::new(0.1, f64::NAN, 1.0)).is_none());
-    // With k₁ < 0 the image folds back at ρ = 1/(3 · 0.3): a point beyond would fall on a pixel that is already used.
+    // With k₁ < 0, the image folds back at ρ = 1/(3 · 0.3): a point outside would be projected onto a pixel that is
+    // already used.
     let folds = Lens::Brown(Brown { radial: [-0.3, 0.0, 0.0], tangential: [0.0; 2], ..brown() });
     assert!(folds.project(&Vec3::new(1.0, 0.0, 1.0)).is_some());
     assert!(folds.project(&Vec3::new(1.1, 0.0, 1.0)).is_none());

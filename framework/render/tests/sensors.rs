@@ -34,7 +34,8 @@ fn photons_and_reading_have_their_variances() {
         };
         let electrons = (d.sensitivity * f64::from(level) + d.dark_current) * exposure;
         let [mean, variance] = moments(&d.read(&grey(level, n), 5, 0).unwrap());
-        // Quantization adds 1/12; four standard errors of mean and variance.
+        // Quantization adds a variance of 1/12. The bounds are four standard errors of mean and
+        // variance.
         let want = (electrons + d.read_noise.powi(2)) / d.gain.powi(2) + 1.0 / 12.0;
         let count = (n * n) as f64;
         let off = mean - d.offset - electrons / d.gain;
@@ -44,7 +45,8 @@ fn photons_and_reading_have_their_variances() {
             "{level}: {variance} {want}"
         );
     }
-    // The number is exact without noise, saturated beyond full well, and half as large for half the exposure time.
+    // Without noise the value is exact, saturates above full well, and is half as large for half the exposure
+    // time.
     let quiet = Detector { noise: Noise::Off, dark_current: 0.0, ..Detector::default() };
     let one = |d: &Detector, level: f32| d.read(&grey(level, 1), 0, 0).unwrap().data[0];
     assert_eq!(one(&quiet, 130.0), 4095);
@@ -141,7 +143,8 @@ fn ranges_to_a_floor_and_a_wall_are_exact() {
         }
     }
     assert!(floor > 500 && wall > 500, "{floor} {wall}");
-    // A range limit too short for the wall: ρ cos (R/r)² = 1 at R = 10/√0.8.
+    // Test range limits at which the echo of the wall is barely detected or missed: ρ cos (R/r)² =
+    // 1 at R = 10/√0.8.
     let ahead = |reach: f64| {
         let l = Lidar { reach, ..lidar(vec![Vec3::x()]) };
         scan(&l, &scene, &Pose::translation(0.0, 0.0, 1.0), 0)[0].range
@@ -160,7 +163,7 @@ fn a_lidars_noise_has_its_spread_its_steps_and_its_losses() {
     assert_ne!(echoes, scan(&noisy, &scene, &X, 5));
     let found: Vec<f64> = echoes.iter().map(|e| e.range).filter(|r| r.is_finite()).collect();
     let n = found.len() as f64;
-    // Four standard errors of a fraction, a mean and a variance.
+    // The bounds are four standard errors of a fraction, a mean and a variance.
     assert!((n / 20_000.0 - 0.8).abs() < 4.0 * (0.16f64 / 20_000.0).sqrt(), "{n}");
     let mean = found.iter().sum::<f64>() / n;
     let variance = found.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / n;
@@ -247,7 +250,8 @@ fn error_at(distance: f64) -> (f64, f64, f64) {
     let (mut n, mut square, mut pixels) = (0.0, 0.0, 0.0);
     for (k, z) in depth.iter().enumerate().filter(|(_, z)| z.is_finite()) {
         let truth = frames[0].depth[k];
-        // The middle of the image, where the wall is near its nominal distance; mismatches are counted separately.
+        // Use the middle of the image, where the wall is near its nominal distance. Mismatches are counted
+        // separately.
         let off = f64::from(found.data[k]) - focal[0] * baseline / truth;
         if (k % width).abs_diff(width / 2) < 60 && off.abs() < 1.0 {
             n += 1.0;
@@ -265,7 +269,7 @@ fn the_error_of_stereo_grows_with_the_square_of_distance() {
         println!("{z:4} m: RMS {depth:.4} m, {pixels:.3} pixels, {:.0} % of pixels", 100.0 * share);
         assert!(*share > 0.7 && *pixels < 0.3, "{z}: {pixels} {share}");
     }
-    // Slope of log error over log distance, by least squares.
+    // Fit the slope of log error over log distance by least squares.
     let points: Vec<[f64; 2]> = all.iter().map(|(z, e)| [f64::ln(*z), e.0.ln()]).collect();
     let mean = |k: usize| points.iter().map(|p| p[k]).sum::<f64>() / points.len() as f64;
     let (mx, my) = (mean(0), mean(1));

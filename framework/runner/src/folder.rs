@@ -81,7 +81,7 @@ impl Folder {
             let name = path.file_name().and_then(|n| n.to_str()).unwrap_or_default();
             let ours = OURS.iter().any(|o| name.starts_with(o));
             let ends = |e: &str| ours && path.extension().is_some_and(|x| x == e);
-            // A temporary file of a killed run, or a result of an earlier run.
+            // This is a temporary file of a killed run, or a result of an earlier run.
             if ends("part") || STALE.contains(&name) {
                 std::fs::remove_file(&path)?;
             } else if ends("lwck") && !is_of(&path, plan, configuration) {

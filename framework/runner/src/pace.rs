@@ -27,7 +27,7 @@ pub struct SystemClock(Instant);
 
 impl SystemClock {
     /// Creates a clock that starts now.
-    #[allow(clippy::disallowed_methods)] // When a step is taken, never what it computes.
+    #[allow(clippy::disallowed_methods)] // It affects when a step is taken, never its result.
     pub fn start() -> SystemClock {
         SystemClock(Instant::now())
     }
@@ -136,7 +136,7 @@ impl Pace {
     /// Sleeps until the tick of simulated time `t` (s) is due, or until the run is to stop.
     pub fn wait(&mut self, t: f64, stop: &Stop) {
         let due = (t - self.begin) / self.factor;
-        // The first tick has no predecessor.
+        // The first tick is due at once.
         if !(due > 0.0) {
             return;
         }

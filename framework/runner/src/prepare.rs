@@ -29,7 +29,7 @@ pub fn prepare(plan: &Plan, file: &Settings) -> Result<Prepared, Vec<Fault>> {
         faults.append(&mut f);
         Metrics::default()
     });
-    // The condition was parsed when the program was compiled.
+    // The condition was parsed when the program was compiled, and it has the number 0.
     let stop_when = file.stop_when.as_ref().map(|_| 0);
     if faults.is_empty() { Ok(Prepared { groups, metrics, stop_when }) } else { Err(faults) }
 }

@@ -113,7 +113,7 @@ impl Recording {
 
     /// Takes a row, when one is due at the present tick: for programs that advance the run themselves.
     pub fn sample(&mut self, sim: &Simulation) {
-        // There is always room.
+        // The columns grow, so this cannot fail.
         let _ = self.rows.sample(sim, &mut self.columns);
     }
 

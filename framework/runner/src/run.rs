@@ -314,7 +314,7 @@ impl<W: Watch> Runner<W> {
                         return self.at_tick(goal).unwrap_or(Pause::Ended(Ended::StopWhen));
                     }
                     Ok(_) if goal.events.is_some() => break,
-                    // Processed at the tick that follows.
+                    // A condition between two rows is handled at the next tick.
                     Ok(Step::Watched(_)) if !self.sim.at_row() => {}
                     Ok(_) => break,
                 }
@@ -425,7 +425,8 @@ impl<W: Watch> Runner<W> {
 
     /// Writes a checkpoint of the present tick with this name, independent of the policy.
     pub fn save(&mut self, name: &str) {
-        // Earlier samples are written to the disk before a checkpoint refers to its instant. A log that fails reports it at its end.
+        // Write earlier samples to the disk before a checkpoint refers to their instant. A log that fails reports this
+        // at its end.
         for feed in self.feeds.iter_mut().filter(|feed| feed.need == Need::Must) {
             feed.failed = feed.recorder.flush().err().or(feed.failed.take());
         }

@@ -80,13 +80,13 @@ impl Saves {
         sim: &Simulation,
         carried: impl FnOnce() -> Result<Extra, String>,
     ) {
-        // Ticks closer than a nanosecond need all digits in the name.
+        // If ticks are closer than a nanosecond, the file name needs all digits of the time.
         let fine = sim.plan().base.seconds() < 1e-9;
         let time = if fine { format!("{}", sim.time()) } else { time_name(sim.time()) };
         let name = format!("checkpoint_{time}.lwck");
         self.write(sim, carried(), &name);
         let path = self.folder.join(&name);
-        // A checkpoint that could not be written does not cause the removal of an older one.
+        // If the last checkpoint could not be written, do not remove an older one.
         if self.written.last() != Some(&path) {
             return;
         }
@@ -95,7 +95,7 @@ impl Saves {
         while self.most.is_some_and(|most| self.periodic.len() > most) {
             let old = self.periodic.remove(0);
             self.written.retain(|w| *w != old);
-            // The file may have been moved by the user.
+            // The user may have moved the file.
             if let Err(e) = std::fs::remove_file(&old)
                 && e.kind() != std::io::ErrorKind::NotFound
             {

@@ -59,12 +59,12 @@ fn a_sleeper_that_wakes_late_is_jitter_and_work_that_takes_long_an_overrun() {
     let stop = Stop::default();
     for k in 1..=1000 {
         if k == 500 {
-            // The work before this tick takes 7 ms instead of 5.
+            // The work before this tick takes 7 ms instead of 5 ms.
             clock.push(7 * MS);
         }
         pace.wait(5e-3 * f64::from(k), &stop);
     }
-    // It does not drift: the last tick is as late as any other.
+    // The clock does not drift: the last tick is as late as any other.
     let last = clock.now() - Duration::from_secs(100);
     near(last.as_secs_f64(), 5.0 + 50e-6);
     let r = pace.report();
@@ -72,7 +72,7 @@ fn a_sleeper_that_wakes_late_is_jitter_and_work_that_takes_long_an_overrun() {
     near(r.overrun_worst, 7e-3 - 5e-3 + 50e-6);
     near(r.late_worst, r.overrun_worst);
     assert!(r.late_99 >= 50e-6 && r.late_99 < 1.1 * 50e-6, "{r:?}");
-    // A pause is not an overrun.
+    // A pause does not count as an overrun.
     clock.push(Duration::from_secs(9));
     pace.again(5.0);
     pace.wait(5.0, &stop);
@@ -109,7 +109,7 @@ fn a_long_wait_ends_when_the_run_is_to_stop() {
     setter.join().unwrap();
     assert!(waited >= Duration::from_millis(90), "it did not wait: {waited:?}");
     assert!(waited < Duration::from_secs(5), "it slept on: {waited:?}");
-    // None of these is a valid time to wait for.
+    // These times are not valid, so the call must return at once.
     for t in [-1.0, f64::NAN] {
         pace.wait(t, &Stop::default());
     }

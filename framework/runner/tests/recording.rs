@@ -84,7 +84,7 @@ fn a_function_at_each_row_sees_all_rows_and_may_end_the_run() {
         Ok(x) if x < 0.5 => Err(end(sim)),
         _ => Ok(()),
     });
-    // cos(10 t) = 1/2 at t = π/30 = 0.1047 s.
+    // cos(10 t) decreases below 1/2 at t = π/30 = 0.1047 s.
     assert_eq!(ended.unwrap_err().time, 0.105);
     for (t, expected) in [(-1.0, "-1 s is not a time"), (f64::INFINITY, "inf s is not a time")] {
         let error = sim.run_until(t).unwrap_err().to_string();

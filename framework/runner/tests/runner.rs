@@ -141,7 +141,7 @@ fn pieces_of_any_size_leave_no_trace() {
         let diary = notes.0.lock().unwrap().clone();
         let of = |what: &str| diary.iter().filter(|d| d.starts_with(what)).count();
         assert_eq!((of("tick"), of("row")), (1001, 51), "pieces of {piece}");
-        // Rows come from another thread: only their own order is fixed.
+        // Rows come from another thread, so only their own order is fixed.
         diaries.push(diary.into_iter().filter(|d| d.starts_with("tick")).collect::<Vec<_>>());
     }
     assert!(diaries.windows(2).all(|d| d[0] == d[1]));
@@ -166,7 +166,7 @@ fn a_checkpoint_comes_after_the_rows_of_its_tick_and_goes_on_to_the_same_bits() 
     let flushes: Vec<usize> = (0..own.len()).filter(|k| own[*k] == "flush").collect();
     let before: Vec<&str> = flushes.iter().map(|k| own[k - 1].as_str()).collect();
     assert_eq!(before, ["row 0.250", "row 0.500", "row 0.750", "row 1.000"]);
-    // The result of the watcher is carried along; a fresh simulation continues.
+    // The checkpoint contains the result of the watcher. A new simulation continues from it.
     let c = Checkpoint::read(&paths[1]).unwrap();
     assert!(c.extra.contains_key("ticks") && c.extra["name"] == b"top");
     let mut again = Simulation::new(plan(1));
@@ -181,13 +181,13 @@ fn every_way_to_end() {
     let mut goal = Goal { steps: Some(5), ..Goal::default() };
     assert_eq!(r.go(&mut goal, 100), Pause::Ended(Ended::Goal));
     assert_eq!(r.sim().state().tick, 5);
-    // Between two rows, and at once if it is already true.
+    // The run stops between two rows, or at once if the condition is already true.
     let mut r = stopping("time >= 3.25 ms");
     let mut goal = Goal { stop_when: Some(0), ..to(1, 1) };
     assert_eq!(r.go(&mut goal, 10), Pause::Ended(Ended::StopWhen));
     assert!((r.sim().time() - 3.25e-3).abs() < 2e-12, "{}", r.sim().time());
     assert_eq!(r.watch.0.lock().unwrap().last().unwrap(), "tick 0.003");
-    // It is true there: a run that continues from there has already ended.
+    // The condition is still true, so a run that continues from there ends at once.
     let at = r.sim().time();
     assert_eq!(r.go(&mut goal, 10), Pause::Ended(Ended::StopWhen));
     assert_eq!(r.sim().time(), at);
@@ -196,14 +196,15 @@ fn every_way_to_end() {
     let mut r = stopping(&fast);
     assert_eq!(r.go(&mut goal, 10), Pause::Ended(Ended::StopWhen));
     assert_eq!(r.sim().time(), 0.0);
-    // From outside.
+    // Another thread can stop the run.
     let (mut r, _) = runner();
     let stop = r.stop();
     assert_eq!(r.go(&mut to(1000, 1), 10), Pause::Chunk);
     assert!(!stop.set() && stop.set(), "the second time it was asked before");
     assert_eq!(r.go(&mut to(1000, 1), 10), Pause::Ended(Ended::Stopped));
     assert_eq!(r.sim().state().tick, 10);
-    // A failed step leaves the state of a second earlier; a bad start is reported.
+    // After a failed step, the last state on the disk is from a second earlier. An invalid start is
+    // reported.
     let folder = tempfile::tempdir().unwrap();
     let (mut r, _) = runner();
     r.save_with(Saves::new(r.sim(), folder.path().into(), "top", CONFIGURATION, None));
@@ -284,7 +285,7 @@ fn a_folder_is_for_one_run_and_its_own_checkpoints() {
     let left = [&["checkpoint_1.lwck", "earlier_1"][..], &mine].concat();
     assert_eq!(names(&path), left);
     drop(second);
-    // Another seed, another text: not the same run.
+    // Another seed or another text makes another run.
     let third = Folder::claim(&path, &plan(2), CONFIGURATION).unwrap();
     assert_eq!(third.moved, Some((path.join("earlier_2"), 1)));
     drop(third);

@@ -2,7 +2,7 @@
 //!
 //! A simulation is compiled from a flat [`Spec`] into a `Plan` (shared, constant) and run as a
 //! `Simulation` (all data that change). The wires determine the order of evaluation; see `compile`.
-// Mathematical functions that are bit-identical on every machine: they are called by their names in C.
+// This crate defines the mathematical functions under their names in C, bit-identical on every machine.
 extern crate linkwork_maths as _;
 extern crate self as linkwork_runtime;
 

@@ -42,7 +42,8 @@ fn a_linear_loop_takes_two_steps_at_most_and_keeps_the_order_of_the_integrator()
         assert!((a - 0.5 / 0.7).abs() < 1e-10, "{integrator:?} {a}");
         assert!(sim.get("a.u.solve.iterations").unwrap() <= 2.0);
         assert!(sim.get("a.u.solve.residual").unwrap() <= 1.0);
-        // ∫ a = t²/2.8; Euler is of order 1, the stiff method differentiates through the loop.
+        // The solution is ∫ a = t²/2.8. Euler has first order; the stiff method differentiates
+        // through the loop.
         let bound = match integrator {
             Integrator::SemiImplicitEuler => 1e-2,
             Integrator::Rodas => 1e-7,
@@ -55,7 +56,7 @@ fn a_linear_loop_takes_two_steps_at_most_and_keeps_the_order_of_the_integrator()
 
 #[test]
 fn a_nonlinear_loop_is_solved_and_cuts_leave_no_trace() {
-    // y = cos(y + t/10), and two loops that meet.
+    // The system has the loop y = cos(y + t/10), and two loops that meet.
     let s = with(
         vec![
             part("time", "t.integrator", &[("k", 0.1)], None),
@@ -111,7 +112,7 @@ fn what_cannot_be_solved_is_refused() {
     let mut bad = with(parts(), &["a.y -> b.u"], vec![solved("b.y -> a.u")]);
     bad.wires[1].timing = WireTiming::Solved { tolerance: 0.0 };
     assert!(faults(&bad).contains("a tolerance of 0"));
-    // One of two loops is left.
+    // Only one of the two loops is solved, so the other one is reported.
     let mut parts3 = parts();
     parts3.push(part("c", "t.adder", &[], None));
     let left =
@@ -139,7 +140,7 @@ fn a_delay_counts_samples_of_the_reader_then_of_the_writer_then_steps() {
         sim.run_until(seconds(t)).unwrap();
         sim.get(path).unwrap()
     };
-    // Time, read by a sampled part of 10 Hz three samples late.
+    // A sampled part of 10 Hz reads the time three samples late.
     let reader = with(
         vec![part("time", "t.integrator", &[], None), part("h", "t.sampled", &[], Some("10 Hz"))],
         &[],
@@ -149,7 +150,8 @@ fn a_delay_counts_samples_of_the_reader_then_of_the_writer_then_steps() {
         let y = at(&reader, t, "h.y");
         assert!((y - want).abs() < 1e-12, "{t}: {y} {want}");
     }
-    // The reader is continuous, the writer is not.
+    // The reader is continuous and the writer is sampled, so the delay counts samples of the
+    // writer.
     let writer = with(
         vec![
             part("time", "t.integrator", &[], None),
@@ -160,7 +162,7 @@ fn a_delay_counts_samples_of_the_reader_then_of_the_writer_then_steps() {
         vec![delayed("h.y -> g.u", 1, &[])],
     );
     assert!((at(&writer, 1.0, "g.y") - 0.8).abs() < 1e-12);
-    // Neither is: steps of 10 ms; and it breaks a loop.
+    // Neither part is sampled, so the delay counts steps of 10 ms. It also breaks a loop.
     let mut steps = with(
         vec![
             part("one", "t.integrator", &[], None),
@@ -171,7 +173,7 @@ fn a_delay_counts_samples_of_the_reader_then_of_the_writer_then_steps() {
         vec![delayed("b.y -> a.u", 1, &[])],
     );
     steps.step = seconds(0.01);
-    // a_k = t_k + ½ a_(k−1): the sum of a geometric series.
+    // a_k = t_k + ½ a_(k−1) is the sum of a geometric series.
     let want: f64 = (0..=100).map(|j| (1.0 - 0.01 * f64::from(j)) * 0.5_f64.powi(j)).sum();
     let y = at(&steps, 1.0, "a.y");
     assert!((y - want).abs() < 1e-12, "{y} {want}");

@@ -259,7 +259,7 @@ fn a_ball_bounces_at_the_times_of_the_closed_form() {
                 k += 1;
                 let (t, count) = (sim.time(), sim.get("ball.state.count").unwrap());
                 assert_eq!(count, f64::from(k));
-                // Measured 3e-12 at the most.
+                // Measured: 3e-12 at the most.
                 assert!((t - impact(k)).abs() < 1e-9, "{integrator:?}, {k}: {t} {}", impact(k));
                 assert_eq!(sim.get("ball.state.last").unwrap(), t);
             }
@@ -296,8 +296,8 @@ fn every_method_has_its_order_across_a_corner_that_is_an_event() {
 
 #[test]
 fn a_guard_that_touches_and_does_not_cross_is_no_event() {
-    // The bump comes within 1e-14 of zero at t = 0.5 s from below, or passes it for a moment within one
-    // step: 2 ms, 20 ms, 200 ms.
+    // At t = 0.5 s the bump is below zero by 1e-14 or 1e-9, or it is above zero for 2 ms, 20 ms or 200
+    // ms.
     for (size, expected) in [(-1e-14, 0.0), (-1e-9, 0.0), (1e-6, 1.0), (1e-4, 1.0), (0.01, 1.0)] {
         for step in [0.01, 0.07, 0.3] {
             let parts = vec![
@@ -315,7 +315,8 @@ fn a_guard_that_touches_and_does_not_cross_is_no_event() {
 
 #[test]
 fn two_guards_within_a_step_fire_in_the_order_of_time() {
-    // ẋ = 1: passes 0.31 and 0.33 in one step of 0.1 s; names are against the order of time.
+    // With ẋ = 1, x passes 0.31 and 0.33 in one step of 0.1 s. The order of the names is opposite
+    // to the order of time.
     let parts = vec![
         part("ramp", "t.integrator", &[("k", 1.0)], None),
         part("z_first", "t.link", &[("at", 0.31)], None),
@@ -351,7 +352,8 @@ fn a_cascade_runs_through_links_at_one_instant_and_can_be_cut_anywhere() {
     let mut straight = Simulation::new(plan.clone());
     straight.run_until(seconds(1.0)).unwrap();
     assert_eq!(straight.get("c3.n").unwrap(), 1.0);
-    // Cut after every stop, the cascade included, by a checkpoint and by a snapshot.
+    // Continue from a checkpoint and from a snapshot after every stop, including the stops within
+    // the cascade.
     let (mut sim, mut snapshot, mut events) =
         (Simulation::new(plan.clone()), Snapshot::default(), 0);
     while sim.before(seconds(1.0)) || sim.state().guards.iter().any(|g| g.is_due()) {
@@ -392,7 +394,7 @@ fn events_at_a_row_do_not_take_the_run_beyond_it() {
         let mut sim = Simulation::new(plan.clone());
         sim.run_until(seconds(end)).unwrap();
         assert_eq!(sim.time(), end);
-        // Cut before the events of that row.
+        // This run stops before the events of that row and then continues.
         let mut cut = Simulation::new(plan.clone());
         while cut.before(seconds(end)) {
             cut.step_event().unwrap();
@@ -456,7 +458,8 @@ fn split_equals_straight_between_and_at_events_for_every_method() {
         sim.run_until(seconds(2.0)).unwrap();
         assert_eq!(sim.state(), straight.state(), "{integrator:?}");
         let n = straight.get("ball.state.count").unwrap();
-        // The last impact before 2 s is the third; Euler's first order is late for it.
+        // The third impact is the last one before 2 s. Euler has first order and computes it later
+        // than 2 s.
         let expected = if integrator == Integrator::SemiImplicitEuler { 2.0 } else { 3.0 };
         assert_eq!(n, expected, "{integrator:?}");
     }

@@ -64,7 +64,7 @@ impl Field for Sand {
                 Some(c) => c.1 += dug.sand,
                 None => pits.cells.push((cell, dug.sand)),
             }
-            // Not commutative: the order of parts shows.
+            // This update is not commutative, so the result shows the order of the parts.
             pits.last = 0.5 * pits.last + dug.at;
         }
     }
@@ -189,20 +189,20 @@ fn walkers(integrator: Integrator) -> Spec {
 fn readers_see_the_last_row_and_writers_change_the_next() {
     let plan = compiled(&walkers(Integrator::Rk4));
     let mut sim = Simulation::new(plan);
-    // The field's first tick is done with the work of tick 0: both stood in cell 0.
+    // The first update of the field includes the work of tick 0, when both walkers were in cell 0.
     assert!((sim.get("a.gone").unwrap() - 0.3).abs() < 1e-15);
-    // Untouched ground is left at once, so both walk on 0.3 kg of pit until they leave the cell.
+    // After that update both walkers move on 0.3 kg of removed sand until they leave the cell.
     sim.run_until(seconds(0.05)).unwrap();
     assert!((sim.get("a.at").unwrap() - 0.05 / 1.3).abs() < 1e-12);
     assert!((sim.get("b.at").unwrap() - 0.1 / 1.3).abs() < 1e-12);
     sim.run_until(seconds(0.1)).unwrap();
     assert!((sim.get("b.gone").unwrap() - 0.6).abs() < 1e-15);
-    // In path order: ((a₀/2 + b₀)/2 + a₁)/2 + b₁.
+    // Updates occur in the order of paths: ((a₀/2 + b₀)/2 + a₁)/2 + b₁.
     let last = 0.5 * sim.get("a.at").unwrap() + sim.get("b.at").unwrap();
     assert!((sim.get("a.last").unwrap() - last).abs() < 1e-15);
     sim.run_until(seconds(1.0)).unwrap();
     assert_eq!(sim.get("eye.rows").unwrap(), 10.0);
-    // A sampled reader sees what was there before this row.
+    // A sampled reader reads the field as it was before the update at this row.
     assert_eq!(sim.get("late.rows").unwrap(), 9.0);
 }
 
@@ -293,7 +293,7 @@ fn the_nearest_field_is_read_unless_one_is_bound() {
         .map(|f| f.readers.iter().map(|&r| &*plan.parts[r as usize].path).collect())
         .collect();
     assert_eq!(readers, [vec![], vec!["eye", "north.walker", "south.walker"]]);
-    // The name alone is enough inside `south`.
+    // Inside `south`, the name without a path is enough.
     s.binds.push(bind("south.walker", "sand"));
     assert_eq!(compiled(&s).fields, plan.fields);
 

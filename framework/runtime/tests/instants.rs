@@ -172,7 +172,7 @@ fn the_first_row_is_that_after_the_events_of_the_start() {
     assert_eq!((at(&sim), sim.state().tick, sim.at_row()), ([1.0, 1.0, 0.0, 1.0], 0, true));
     sim.run_until(seconds(1.0)).unwrap();
     assert_eq!(at(&sim), [1.0, 1.0, 0.0, 1.0]);
-    // A checkpoint of the start is whole.
+    // A checkpoint of the start contains the complete state.
     let mut again = Simulation::new(plan.clone());
     again.restore(&Simulation::new(plan).checkpoint("").unwrap()).unwrap();
     again.run_until(seconds(1.0)).unwrap();
@@ -297,7 +297,8 @@ fn a_part_that_starts_anew_has_guards_of_its_own() {
     sim.set("p.u", 0.0).unwrap();
     sim.set("p.u", 1.0).unwrap();
     sim.run_until(seconds(0.3)).unwrap();
-    // It begins above its threshold, and fires there; the count of the other part is gone.
+    // The new part begins above its threshold, so its guard fires there. It does not have the count
+    // of the other part.
     assert_eq!((sim.phase(), sim.get("p.y").unwrap()), ("b", 1.0));
 }
 

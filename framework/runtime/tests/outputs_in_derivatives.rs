@@ -80,7 +80,8 @@ fn run(wired: bool, step: Seconds, integrator: Integrator) -> Simulation {
         Entry::model::<Twice>(),
         Entry::model::<Wave>(),
     ]]);
-    // The name of the wave comes last: its order follows from the wires.
+    // The name of the wave is last in the alphabet, so only the wires determine that it is
+    // evaluated first.
     let parts = [("A", "test.riccati"), ("B", "test.twice"), ("Z", "test.wave")];
     let mut spec = Spec { step, integrator, ..Spec::default() };
     for (path, model) in parts {
@@ -119,7 +120,8 @@ fn the_macro_tells_that_outputs_are_read() {
 
 #[test]
 fn outputs_are_those_of_the_same_evaluation() {
-    // Bit for bit the run of the model that computes its right side in `derivatives`, for both integrators.
+    // For both integrators, the run is bit-identical to the run of the model that computes its right side
+    // in `derivatives`.
     for integrator in [Integrator::Rk4, Integrator::SemiImplicitEuler] {
         let mut sim = run(true, Seconds { num: 1, den: 50 }, integrator);
         for k in 1..=100 {
@@ -130,7 +132,7 @@ fn outputs_are_those_of_the_same_evaluation() {
                 "{k}"
             );
         }
-        // A state that was edited is seen by the next step.
+        // The next step uses a state that was edited.
         sim.set("A.state.s", 0.5).unwrap();
         sim.set("B.state.s", 0.5).unwrap();
         sim.run_until(Seconds { num: 11, den: 1 }).unwrap();
@@ -143,7 +145,7 @@ fn outputs_are_those_of_the_same_evaluation() {
 
 #[test]
 fn rk4_keeps_its_order() {
-    // Without input s = 1/(1 + t).
+    // Without an input the solution is s = 1/(1 + t).
     let error = |den: u64| {
         let mut sim = run(false, Seconds { num: 1, den }, Integrator::Rk4);
         sim.run_until(Seconds { num: 2, den: 1 }).unwrap();

@@ -52,7 +52,7 @@ fn a_pinned_state_stands_still_at_every_stage_of_every_method() {
         sim.pin("x.state.x", 0.25).unwrap();
         sim.run_until(seconds(1.5)).unwrap();
         assert_eq!(sim.get("x.state.x").unwrap().to_bits(), 0.25f64.to_bits(), "{method:?}");
-        // What follows from it is the integral of a constant.
+        // While x is pinned, the states that it drives integrate a constant.
         close(sim.get("v.state.x").unwrap(), v - 0.25);
         close(sim.get("reader.state.x").unwrap(), reader + 2.0 * 0.25);
         // The variable continues from there after its release.
@@ -74,7 +74,7 @@ fn a_pinned_output_and_sum_are_what_every_reader_sees() {
         sim.run_until(seconds(1.5)).unwrap();
         close(sim.get("v.state.x").unwrap(), v + 0.5);
         assert_ne!(sim.get("x.state.x").unwrap(), -0.5, "the state behind it goes on");
-        // The wired inputs of the readers are that output.
+        // The inputs that are wired to the pinned output have its value.
         assert_eq!(sim.get("gain.u").unwrap(), -0.5);
         // A sampled reader sees it at its samples.
         assert_eq!(sim.get("slow.y").unwrap(), -2.5);
@@ -106,7 +106,7 @@ fn what_is_sampled_stays_pinned_between_and_at_its_samples() {
         assert_eq!(now, [9.0, 9.0, 1.0, 0.0], "step {k}");
     }
     assert_eq!(sim.get("hold.state.updates").unwrap(), updates + 11.0, "its other state goes on");
-    // Until its next sample a sampled output keeps what it had.
+    // After its release, a sampled output keeps its value until its next sample.
     sim.unpin("slow.y").unwrap();
     assert_eq!(sim.get("slow.y").unwrap(), 1.0);
     sim.run_until(seconds(1.7)).unwrap();
@@ -136,7 +136,7 @@ fn pins_are_state_and_cuts_leave_no_trace() {
         let mut snapshot = Snapshot::default();
         half.save_into(&mut snapshot);
         let mut restored = Simulation::new(half.plan().clone());
-        restored.pin("gain.y", 1.0).unwrap(); // What was pinned before is not any more.
+        restored.pin("gain.y", 1.0).unwrap(); // Restoring removes this pin.
         restored.restore(&saved).unwrap();
         assert_eq!(restored.pins().count(), 4);
         let mut loaded = Simulation::new(half.plan().clone());
@@ -146,7 +146,8 @@ fn pins_are_state_and_cuts_leave_no_trace() {
             sim.run_until(seconds(3.0)).unwrap();
             assert_eq!(sim.hash(), whole.hash(), "{method:?}");
         }
-        // The hash knows of them: equal lanes with other pins have another future.
+        // The hash includes the pins, because runs with equal values and different pins continue
+        // differently.
         let mut free = whole.fork();
         for path in ["x.y", "v.state.x", "hold.state.held", "sum.u"] {
             free.unpin(path).unwrap();
@@ -190,14 +191,14 @@ fn what_cannot_be_pinned_is_refused_and_changes_nothing() {
     assert!(e.message.contains("pinned to 1") && e.help.contains("unpin"), "{e}");
     let e = sim.unpin("x.y").unwrap_err();
     assert!(e.help.contains("x.state.x"), "{e}");
-    // All of it, or nothing.
+    // Either all changes are applied or none.
     let hash = sim.hash();
     let all = [("v.state.x".to_string(), 3.0), ("gain.u".to_string(), 3.0)];
     for change in [Change::Pin, Change::Set] {
         sim.change_all(change, &all).unwrap_err();
         assert_eq!(sim.hash(), hash, "{change:?}");
     }
-    // A checkpoint whose pin is not here.
+    // `gain.u` cannot be pinned, so a checkpoint with this pin is rejected.
     let mut saved = sim.checkpoint("").unwrap();
     saved.pins.insert("gain.u".into(), 1.0);
     let e = sim.restore(&saved).unwrap_err().to_string();
@@ -222,7 +223,7 @@ fn a_number_inside_a_solved_loop_is_not_pinned() {
     }
     sim.pin("x.y", 1.0).unwrap();
     sim.run_until(seconds(1.0)).unwrap();
-    // b = x + b/2.
+    // The loop has the solution b = x + b/2.
     assert!((sim.get("b.y").unwrap() - 2.0).abs() < 1e-6);
 }
 
@@ -284,7 +285,7 @@ fn pins_go_over_to_a_phase_that_has_the_variable_and_others_are_told() {
     assert!(told[0].0 == "free.u" && told[0].1.contains("it only reads `x.y`"), "{told:?}");
     assert!(told[1].0 == "gain.y" && told[1].1.contains("not there"), "{told:?}");
     assert_eq!(told.len(), 2);
-    // Cut anywhere, in either phase.
+    // Continue from a checkpoint that was saved in either phase.
     for cut in [0.5, 1.0, 1.01, 1.5] {
         let mut part = begin();
         part.run_until(seconds(cut)).unwrap();

@@ -72,10 +72,10 @@ impl Lab {
 #[test]
 fn a_frozen_consumer_costs_rows_and_not_the_run() {
     let mut l = lab(Overflow::Drop, true, None);
-    // It takes nothing at all: this would wait for ever otherwise.
+    // The consumer accepts no row, so a recorder that waits would block forever.
     l.steps(500).unwrap();
     assert!(l.recorder.dropped() >= 500 - 6, "{} rows dropped", l.recorder.dropped());
-    // It comes back: rows arrive again, and what is lost stays counted.
+    // The consumer continues: rows arrive again, and the number of dropped rows stays.
     for _ in 0..600 {
         l.gate.send(()).unwrap();
     }

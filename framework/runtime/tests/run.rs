@@ -204,7 +204,7 @@ fn all_wiring_mistakes_in_one_report() {
     ] {
         assert!(text.contains(message), "missing: {message}\nin:\n{text}");
     }
-    // A faulty wire is reported once: its end is not called unwired too.
+    // A faulty wire is reported once: its end is not reported as unwired as well.
     assert!(!text.contains("`lost.u` is not wired"), "{text}");
 }
 

@@ -117,7 +117,8 @@ fn lanes_run_by_themselves_and_split_equals_straight() {
     sim.set("fleet.wanted[2]", 3.0).unwrap();
     let mut cut = sim.fork();
     sim.run_until(seconds(4.0)).unwrap();
-    // x(t) = 3 (1 − e^(−2t)) passes 1 at ½ ln 1.5; the ramp's follower later; wheel 0 never.
+    // x(t) = 3 (1 − e^(−2t)) passes 1 at ½ ln 1.5 s; the wheel that follows the ramp passes 1
+    // later, and wheel 0 never.
     assert_eq!(sim.get("fleet.fast").unwrap(), 2.0);
     let expected = 3.0 * (1.0 - (-8.0_f64).exp());
     assert!((sim.get("fleet.rate[2]").unwrap() - expected).abs() < 1e-4);

@@ -200,7 +200,7 @@ fn it_advances_by_its_own_method_and_split_equals_straight() {
         let plan = compiled(&[], integrator);
         let mut straight = Simulation::new(plan.clone());
         straight.run_until(seconds(2.0)).unwrap();
-        // Leapfrog with steps of 5 ms: its phase is ahead by (ωh)²/24 of itself.
+        // The phase of leapfrog with steps h = 5 ms is too large by a fraction (ωh)²/24.
         let phase = OMEGA * 2.0 * (1.0 + (OMEGA * 0.005_f64).powi(2) / 24.0);
         assert!((straight.get("mass.at").unwrap() - phase.cos()).abs() < 1e-6, "{integrator:?}");
         let mut cut = Simulation::new(plan.clone());
@@ -211,7 +211,7 @@ fn it_advances_by_its_own_method_and_split_equals_straight() {
             cut.restore(&checkpoint).unwrap();
             cut = cut.fork();
         }
-        // The count of pieces, its store, is in the hash.
+        // The hash includes the store of the part, which counts the pieces.
         assert_eq!(cut.hash(), straight.hash(), "{integrator:?}");
     }
 }
@@ -253,13 +253,15 @@ fn a_piece_at_zero_is_that_behind_its_event() {
     let mut sim = Simulation::new(Arc::new(compile(&s, &catalogue(), &Files::default()).unwrap()));
     let state =
         |sim: &Simulation| (sim.get("mass.at").unwrap() > 0.0, sim.get("sign.y").unwrap() > 0.5);
-    // On which side it was at the last row; it passes zero once between two at the most.
+    // The value `row` states whether the position was above zero at the last row. It passes zero at most once
+    // between two rows.
     let (mut row, mut early, mut late) = (true, 0, 0);
     while sim.time() < 12.0 {
         let stop = sim.step_event().unwrap();
         let (above, shown) = state(&sim);
         match stop {
-            // Where the step comes to a place that is too far before zero nothing fires yet.
+            // `sign.y` must have the new sign even if the step to the event ends a little before
+            // zero.
             Stop::Event if sim.state().micro > 0 => {
                 assert_eq!(shown, !row, "at {} s", sim.time());
                 if above == row { early += 1 } else { late += 1 }

@@ -133,7 +133,7 @@ fn a_guard_that_stops_the_run_ends_it_at_its_instant_with_the_words_of_the_part(
         assert!((sim.get("other.y").unwrap() - 3.0 * error.time).abs() < 1e-9);
         assert_eq!(sim.get("cell.table.state.count").unwrap(), 0.0, "it has not fired");
         assert!(sim.take_notices().is_empty(), "what stops a run is its error");
-        // It stays where it is.
+        // Further calls return the same error and do not advance the run.
         assert_eq!(sim.step().unwrap_err(), error);
         assert_eq!(sim.step_event().unwrap_err(), error);
         let mut again = Simulation::new(plan.clone());
@@ -175,7 +175,7 @@ fn a_start_that_a_part_refuses_is_no_start() {
     assert_eq!((error.time, error.help.as_deref()), (0.0, Some("extend the table")));
     assert_eq!(sim.step().unwrap_err(), error);
     assert_eq!(sim.fork().run_until(seconds(1.0)).unwrap_err(), error);
-    // What is set decides.
+    // The check uses the present state: a state that was set can cause or remove the error.
     sim.set("cell.table.state.x", 1.2).unwrap();
     let still = sim.check().unwrap_err();
     assert!(still.message.contains("1.200000"), "{still}");
@@ -184,9 +184,9 @@ fn a_start_that_a_part_refuses_is_no_start() {
     let (mut snapshot, inside) = (Snapshot::default(), sim.checkpoint("").unwrap());
     sim.save_into(&mut snapshot);
     let stops = sim.run_until(seconds(1.0)).unwrap_err();
-    // ẋ = 1 + x from ½: 2 = 1.5 eᵗ.
+    // ẋ = 1 + x from x = ½ reaches 1 when 2 = 1.5 eᵗ.
     assert!((stops.time - (4f64 / 3.0).ln()).abs() < 1e-6, "{stops}");
-    // A state from elsewhere is judged for itself.
+    // A state that was restored from another run is checked like a state of this run.
     let mut other = Simulation::new(plan.clone());
     other.restore(&inside).unwrap();
     assert_eq!(other.run_until(seconds(1.0)).unwrap_err(), stops);
@@ -196,7 +196,7 @@ fn a_start_that_a_part_refuses_is_no_start() {
     let beyond = Simulation::new(plan).checkpoint("").unwrap();
     other.restore(&beyond).unwrap();
     assert_eq!(other.step().unwrap_err(), error);
-    // Told only:
+    // With `stop: 0`, the part only warns.
     let told = compiled(table(&[("start", 1.5), ("stop", 0.0)]), Integrator::Rk4);
     let mut sim = Simulation::new(told);
     assert!(sim.startup_warnings()[0].message.contains("1.500000 is beyond 1"));
@@ -210,7 +210,7 @@ fn a_run_that_was_put_back_inside_goes_on() {
         let plan = compiled(table(&[]), integrator);
         let mut sim = Simulation::new(plan.clone());
         let first = sim.run_until(seconds(3.0)).unwrap_err();
-        // Another variable alone changes nothing.
+        // Setting another variable does not remove the error.
         sim.set("other.state.x", 0.3).unwrap();
         assert_eq!(sim.step().unwrap_err().message, first.message, "{integrator:?}");
         sim.set("cell.table.state.x", 0.5).unwrap();
@@ -220,7 +220,7 @@ fn a_run_that_was_put_back_inside_goes_on() {
         let order = if integrator == METHODS[0] { 0.08 } else { 1e-4 };
         assert!((after - (4f64 / 3.0).ln()).abs() < order, "{integrator:?}: {after}");
         assert!(again.message.contains("1.000000 is beyond 1"), "{again}");
-        // With a longer table.
+        // Continue with a longer table.
         let mut sim = Simulation::new(plan);
         sim.run_until(seconds(3.0)).unwrap_err();
         sim.move_to(compiled(table(&[("end", 2.0)]), integrator)).unwrap();

@@ -71,7 +71,8 @@ fn ours(h: f64) -> Run {
     let mut x = vec![0.0; 2 * n];
     let right = std::f64::consts::FRAC_PI_2;
     for b in mbs.bodies() {
-        // Cranks at 90°, couplers at −90° to them; both rotate at 1 rad/s in opposite directions.
+        // The cranks are at 90°, the couplers at −90° to them; both rotate at 1 rad/s in opposite
+        // directions.
         let sign = if b.name().starts_with("crank") { 1.0 } else { -1.0 };
         (x[b.q().start], x[n + b.v().start]) = (sign * right, -sign);
     }

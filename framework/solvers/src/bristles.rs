@@ -144,7 +144,7 @@ impl Bristles {
             }
         }
         self.owners.sort_unstable_by_key(|o| (o.pair, o.bristle));
-        // A pair has one bristle.
+        // Keep one bristle for each pair.
         self.owners.dedup_by_key(|o| o.pair);
         self.used.fill(false);
         for owner in &self.owners {
@@ -268,7 +268,7 @@ mod tests {
         let (mut all, mut x, mut table) = (Bristles::shared(100, 7), vec![0.0; 28], vec![0.0; 7]);
         let touching = [(0, 1), (3, 99), (50, 51), (98, 99)];
         let (first, _) = step(&mut all, &touching[1..3], (&mut x, &mut table));
-        // In the evaluation of another work space, too.
+        // An evaluation with another workspace gives the same result.
         let mut other = Bristles::shared(100, 7);
         for work in [&mut all, &mut other] {
             let (used, changed) = step(work, &touching, (&mut x, &mut table.clone()));

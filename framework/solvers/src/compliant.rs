@@ -251,7 +251,7 @@ impl CompliantContact {
         let surfaces = Some(&*surfaces).filter(|s| s.any());
         let of = |pair| laws.of_pair(colliders, pair);
         self.bristles.begin(table, of);
-        // Bristles of pairs that are apart relax.
+        // Bristles of pairs that are apart relax; the rates of pairs that touch are set below.
         for (rate, z) in rates.iter_mut().zip(bristles) {
             *rate = -z / RELAX;
         }
@@ -392,7 +392,8 @@ fn press(
     }
     let limit = patch.friction * N;
     let n = patch.normal.normalize();
-    // Friction opposes v_b + s_b − v_a − s_a. Its power on s_b − s_a does not come from the motion of the bodies.
+    // Friction opposes the relative velocity v_b + s_b − v_a − s_a, where s is the velocity of the surface on its
+    // body. The power of friction on s_b − s_a does not come from the motion of the bodies.
     let load = |friction: Vec3| {
         let (body_a, body_b) = (points[0].body_a, points[0].body_b);
         let point = points[0].point + patch.center / N;

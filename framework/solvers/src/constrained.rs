@@ -369,7 +369,8 @@ impl ConstrainedSolver {
             self.quiet.iter_mut().for_each(|m| m.rate = 0.0);
         }
         if worst > 0.0 {
-            // Closing the aggregates changes the other rows: compute their rates at that velocity.
+            // Closing the aggregates changes the rates of the other rows, so compute these at the
+            // new velocity.
             self.v.iter_mut().zip(&*step).for_each(|(v, d)| *v += d);
             kinematics(tree, ws, q, &self.v);
         }

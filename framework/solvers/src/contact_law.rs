@@ -69,17 +69,18 @@ mod tests {
     fn a_bristle_that_is_dragged_ends_at_its_limit_and_one_that_is_held_stays() {
         let longest = 1e-3;
         for v in [1e-3, 0.1, -0.5_f64] {
-            // Slip over forty times the limit: the distance to the limit decays by a factor of e per limit length.
+            // Slip by forty limit lengths. Within each limit length, the distance to the limit decays by a factor
+            // of e.
             let (mut z, dt) = (0.0_f64, 1e-3 * longest / v.abs());
             for _ in 0..40_000 {
                 z += dt * (v - gives_way(z.abs(), v * z.signum(), longest) * z);
             }
             assert!((z.abs() / longest - 1.0).abs() < 1e-9 && z * v > 0.0, "{v}: {z}");
         }
-        // Below nine tenths it is elastic: a cycle leaves no deflection.
+        // Below nine tenths of its limit the bristle is elastic: a cycle leaves no deflection.
         let z = 0.89 * longest;
         assert_eq!(gives_way(z, 1.0, longest), 0.0);
-        // Return motion is elastic at any length up to the limit.
+        // Motion back to zero is elastic at any deflection up to the limit.
         assert_eq!(gives_way(longest, -1.0, longest), 0.0);
     }
 

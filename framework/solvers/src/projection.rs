@@ -111,7 +111,8 @@ impl Projector {
             if scale < 1.0 && closing.error <= self.tolerance {
                 break;
             }
-            // Where links are nearly in line, a row is left out, and its error is of second order.
+            // If links are nearly in line, a row is left out, and the error of this row is of
+            // second order.
             let stuck = closing.steps == self.steps_max || scale < 1e-3;
             if stuck && closing.error <= STUCK * self.tolerance {
                 break;

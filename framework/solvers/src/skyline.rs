@@ -103,7 +103,7 @@ impl Skyline {
                 if keep {
                     self.weakest = self.weakest.min(d / was[j].max(size[j]));
                 }
-                // Strictly below the diagonal.
+                // The mask keeps the entries strictly below the diagonal.
                 let l = column * f64x4::splat(d_inv[j]) * f64x4::new(BELOW[j]);
                 for p in j + 1..WIDTH {
                     S[p] = (-l).mul_add(f64x4::splat(column.as_array()[p]), S[p]);

@@ -208,7 +208,8 @@ impl Start<'_> {
         if left <= CLOSED {
             return Ok(());
         }
-        // If the branch of the other coordinates is not determined, follow from the neutral configuration.
+        // If the branch of the other coordinates is not determined, the closed start is followed from the
+        // neutral configuration.
         let mut off = still;
         let mbs = self.tree.multibody();
         mbs.difference(&mbs.neutral_q(), q, &mut off);
@@ -366,7 +367,7 @@ mod tests {
     fn the_least_solution_is_found_with_rows_that_repeat_others() {
         let rows: [&[f64]; 3] = [&[2.0, -1.0, 0.0], &[0.0, 1.0, 3.0], &[2.0, 0.0, 3.0]];
         let x = least(matrix(&rows), vec![1.0, 2.0, 3.0]);
-        // G Gᵀ = [5 −1; −1 10], λ = (12, 11)/49.
+        // With G Gᵀ = [5 −1; −1 10] the multipliers are λ = (12, 11)/49.
         let want = [24.0 / 49.0, -1.0 / 49.0, 33.0 / 49.0];
         assert!(x.iter().zip(want).all(|(x, y)| (x - y).abs() < 1e-15), "{x:?}");
         assert_eq!(least(matrix(&[&[0.0, 0.0]]), vec![1.0]), [0.0, 0.0]);

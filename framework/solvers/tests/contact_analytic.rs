@@ -9,7 +9,7 @@ const EXACT: [Method; 3] = [Method::Auto, Method::GaussSeidel, Method::Newton];
 fn point(m: f64, v: [f64; 3], friction: f64) -> Case {
     let mut case = Case::new(3);
     let s = 1.0 / m.sqrt();
-    // Rows: normal z, tangents x, y.
+    // The rows are normal z, tangents x, y.
     let entries = [(0, [0.0, s, 0.0, 0.0]), (1, [0.0, 0.0, s, 0.0]), (2, [s, 0.0, 0.0, 0.0])];
     case.add(Cone::Coulomb { friction }, &entries, [v[2], v[0], v[1], 0.0]);
     case
@@ -25,18 +25,19 @@ fn near(a: &[f64], b: &[f64], tolerance: f64) {
 fn a_point_sticks_slides_or_leaves() {
     let m = 1.7;
     for method in EXACT {
-        // Stick: |vt| below μ |vn|. The impulse is −m v.
+        // Stick: the tangential speed is below μ times the normal speed, so the impulse is −m v.
         let (l, _) = point(m, [0.3, -0.4, -2.0], 0.3).solve(method, 1e-12);
         near(&l[0], &[m * 2.0, -m * 0.3, m * 0.4, 0.0], 1e-12);
-        // Slide: λt = −μ λn along vt, which decreases and keeps its direction.
+        // Slide: λt = −μ λn along vt. The tangential speed decreases and its direction stays the
+        // same.
         let case = point(m, [3.0, -4.0, -2.0], 0.3);
         let (l, _) = case.solve(method, 1e-12);
         near(&l[0], &[2.0 * m, -0.6 * m * 0.6, 0.6 * m * 0.8, 0.0], 1e-12);
         near(&case.velocities(&l)[0], &[0.0, 3.0 - 0.36, -4.0 + 0.48, 0.0], 1e-12);
-        // Leave.
+        // The point leaves the contact.
         let (l, _) = point(m, [3.0, -4.0, 0.2], 0.3).solve(method, 1e-12);
         assert_eq!(l[0], [0.0; 4]);
-        // No friction.
+        // The point slides without friction.
         let (l, _) = point(m, [3.0, -4.0, -2.0], 0.0).solve(method, 1e-12);
         near(&l[0], &[2.0 * m, 0.0, 0.0, 0.0], 1e-12);
     }
@@ -123,7 +124,8 @@ fn a_box_on_many_points_rests() {
 fn rod(angle: f64, friction: f64, tip: [f64; 2]) -> Case {
     let (s, c) = angle.sin_cos();
     let inertia = (1.0f64 / 3.0).sqrt();
-    // Dofs x, z, rotation; the tip is at (−c, −s) from the centre: v_tip = v + ω (s, −c).
+    // The degrees of freedom are x, z and rotation. The tip is at (−c, −s) from the centre: v_tip =
+    // v + ω (s, −c).
     let mut case = Case::new(3);
     let entries = [
         (0, [0.0, 1.0, 0.0, 0.0]),
@@ -163,7 +165,7 @@ fn a_dry_row_sticks_or_brakes() {
     for method in [Method::Auto, Method::GaussSeidel, Method::Newton, Method::Lemke] {
         for (speed, impulse) in [(0.4, -0.2), (-0.4, 0.2), (3.0, -0.7), (-3.0, 0.7), (1.4, -0.7)] {
             let mut case = Case::new(1);
-            // Compliance 2.
+            // The inverse mass of this row is 2.
             case.add(
                 Cone::Dry { bound: 0.7 },
                 &[(0, [2.0f64.sqrt(), 0.0, 0.0, 0.0])],
@@ -188,7 +190,7 @@ fn redundant_equalities_are_no_trouble() {
         let mut case = Case::new(4);
         for k in 0..3 {
             let d = before[k] - before[k + 1];
-            // Two identical rows in one group.
+            // The group has two identical rows.
             let (a, b) = (s(k), -s(k + 1));
             case.add(
                 Cone::Equality { rows: 2 },

@@ -114,7 +114,8 @@ fn nothing_to_do_is_done() {
         assert!(l.is_empty() && report.converged && report.measure.residual == 0.0);
         let (_, report) = Case::new(0).solve(method, 1e-9);
         assert!(report.converged);
-        // Rows that nothing can move: zero impulse if none is needed, and not reported as converged otherwise.
+        // No impulse can move these rows. The result is zero if none is needed; otherwise it is not reported
+        // as converged.
         let mut case = Case::new(2);
         case.add(Cone::Coulomb { friction: 0.5 }, &[], [1.0, 2.0, 0.0, 0.0]);
         case.add(Cone::Equality { rows: 2 }, &[(0, [0.0; 4])], [0.0; 4]);

@@ -194,7 +194,8 @@ fn restarts_change_nothing() {
 /// A top that spins upright on its tip is stable ("sleeps"); below the critical spin it falls over.
 #[test]
 fn a_top_sleeps_above_its_critical_spin() {
-    // Ball tip of radius r at the bottom, centre of mass at height l above the tip's centre.
+    // The top has a ball tip of radius r at the bottom, and its centre of mass is at the height l
+    // above the tip's centre.
     let (m, r, l, J, Jz) = (0.5, 0.005, 0.05, 4e-4, 5e-4);
     let J_tip = J + m * l * l;
     let critical = 2.0 * f64::sqrt(m * 9.81 * l * J_tip) / Jz;

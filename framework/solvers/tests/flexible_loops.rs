@@ -124,7 +124,7 @@ fn loops_through_flexible_bodies_hold_and_their_forces_do_the_same_on_the_tree()
         }
         let mut plain = given.clone();
         forward_dynamics_given_kinematics(&tree, &mut ws, &mut applied, &mut plain).unwrap();
-        // Measured 2e-11.
+        // Measured: 2e-11.
         close(&plain, &vdot, 1e-8, &format!("seed {seed}"));
         for i in (0..nv).filter(|i| mbs.prescribed()[*i]) {
             assert!(
@@ -150,7 +150,7 @@ fn a_contact_on_a_flexible_body_moves_with_the_nearest_station() {
         let zero = vec![0.0; nv];
         units.gather(&tree, &mut ws, &mut uw, &zero, &zero, &[]).unwrap();
         for id in mbs.body_ids().filter(|b| mbs.get(*b).modes().is_some()) {
-            // A node could be at each station of the body: checks its velocity and compliance.
+            // Add a node at each station of the body, and check its velocity and compliance.
             for s in &mbs.get(id).modes().unwrap().stations {
                 let mut b = Builder::from(&mbs);
                 b.node("at", mbs.get(id).name(), s.pose);
@@ -181,7 +181,8 @@ fn a_contact_on_a_flexible_body_moves_with_the_nearest_station() {
 
 #[test]
 fn a_truss_of_two_beams_carries_its_load() {
-    // Two rods between pins on the world and a common tip: only stretch, F/2 cos φ each.
+    // Two rods are pinned to the world and to a common tip. They only stretch, with F / (2 cos φ)
+    // each.
     let beam = Beam::tube(1.0, 0.02, 0.018, 7e10, 0.3, 2700.0);
     let count = BeamModes { stretch: 8, ..BeamModes::default() };
     let mut b = Builder::new();
@@ -213,7 +214,7 @@ fn a_truss_of_two_beams_carries_its_load() {
     let (tree, nv) = (Tree::new(&mbs), mbs.nv());
     let (mut ws, mut solver) =
         (Workspace::new(&tree), ConstrainedSolver::new(&tree, |_| ConstraintMethod::Auto));
-    // Stretch of each rod under its share of the load: η = φ(tip) N / k.
+    // Each rod stretches under its share of the load: η = φ(tip) N / k.
     let F = 1000.0;
     let N = F / (2.0 * 1.0_f64.sin());
     let modes = mbs.bodies()[0].modes().unwrap();
@@ -234,7 +235,8 @@ fn a_truss_of_two_beams_carries_its_load() {
         .forward_given_kinematics(&tree, &mut ws, (&q, &v), &[], &mut tau, &mut vdot)
         .unwrap();
     assert!(report.error < 1e-12, "{report:?}");
-    // In equilibrium to first order in the stretch (4e-5): the accelerations of an unloaded start are 1e5 times larger.
+    // The truss is in equilibrium to first order in the stretch (4e-5): the accelerations of an unloaded start are 1e5
+    // times larger.
     let greatest = |a: &[f64]| {
         a.iter().fold(0.0, |m: f64, x| if x.is_nan() { f64::INFINITY } else { m.max(x.abs()) })
     };

@@ -142,7 +142,7 @@ fn trees_agree_with_the_sweeps() {
         let (blocks, factor) = solver.fill();
         assert!(blocks > 10 && blocks == factor, "seed {seed}: {blocks} {factor}");
         let (mut tau_want, mut vdot_want) = (tau0, vdot0);
-        // The workspace keeps its forces through kinematics of the same state.
+        // The workspace keeps its forces when kinematics are computed again for the same state.
         forward_dynamics(&tree, &mut ws, &q, &v, &mut tau_want, &mut vdot_want).unwrap();
         close(&vdot, &vdot_want, 1e-9, &format!("seed {seed}: accelerations"));
         close(&tau, &tau_want, 1e-9, &format!("seed {seed}: prescribed forces"));

@@ -15,7 +15,7 @@ const ALL: [With; 3] = [With::Rows, With::Embedded, With::FullyAugmented];
 /// 10 s against Jacobi's elliptic functions.
 #[test]
 fn a01_simple_pendulum() {
-    // A period: 4 K(sin 45°) √(l/g), K = 1.854 074 677 301 372 (tables).
+    // The period is 4 K(sin 45°) √(l/g) with K = 1.854 074 677 301 372 (tables).
     let period = 4.0 * 1.854_074_677_301_372 / 9.81_f64.sqrt();
     let right = std::f64::consts::FRAC_PI_2;
     assert!((pendulum_angle(period) - right).abs() < 1e-7);
@@ -55,7 +55,7 @@ fn a02_four_bars() {
         let foreign = apart(&run.tip(), &want);
         let drift = (run.energy() - before).abs();
         println!("A02 {windows} {with:?}: B0 {error:e}, Exudyn {foreign:e}, energy {drift:e} J");
-        // Measured: 3e-10 and 5e-8 J at most, with forty windows.
+        // Measured: at most 3e-10 and 5e-8 J, with forty windows.
         assert!(error < 1e-9 && drift < 1e-6, "{windows} {with:?}: {error:e} {drift:e}");
         assert!(foreign < 2.0 * sure, "{windows} {with:?}: {foreign:e}");
     }
@@ -111,13 +111,13 @@ fn a04_bricard() {
             let P3 = run.place("P3");
             let off = apart(P3.as_slice(), &want);
             worst = worst.max(off);
-            // Measured 3.3e-11 at all times.
+            // Measured: 3.3e-11 at all times.
             assert!(off < BRICARD_SURE, "{with:?} {k} s: {off:e}");
         }
         let (lost, contradiction) = (run.lost, run.contradiction);
         println!("A04 {with:?}: {worst:e} m, {drift:e} J, {lost} {contradiction:e}");
         assert!(drift < 1e-9, "{with:?}: {drift:e}");
-        // Measured 2.1e-6, because the stages of a step do not close the loop exactly.
+        // Measured: 2.1e-6, because the stages of a step do not close the loop exactly.
         assert!(contradiction < 1e-5, "{with:?}: {contradiction:e}");
         if with != With::Embedded {
             assert_eq!(lost, 1, "{with:?}");
@@ -132,7 +132,8 @@ fn a04_as_published() {
         let mut run = Run::new(a04(), with);
         let before = run.coordinates();
         run.to(1.0, 1e-3);
-        // Frames of our rods are parallel at the start, so that only the change of Euler parameters remains.
+        // The frames of our rods are parallel at the start, so only the change of the Euler parameters
+        // remains in the norm.
         let ours = {
             let after = run.coordinates();
             before.iter().zip(&after).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
@@ -141,7 +142,8 @@ fn a04_as_published() {
         let published = BRICARD_NORM_PUBLISHED - ours;
         println!("A04 {with:?}: norm {ours} from {published:e}, {coarse:e}, {limit:e}");
         assert!(limit.abs() < 2e-11, "{with:?}: {limit:e}");
-        // Both are at steps of 1 ms; the published one has numerical damping and a tolerance of 1e-6.
+        // Both results are for steps of 1 ms. The published one has numerical damping and a tolerance
+        // of 1e-6.
         assert!((published / coarse - 1.0).abs() < 0.05, "{with:?}: {published:e} {coarse:e}");
     }
 }
@@ -157,7 +159,7 @@ fn a05_flyball_governor() {
             let (got, ours) = (run.governor(), a05_symmetric(t, 5e-5));
             let (foreign, own) = (apart(&got, &want), apart(&got, &ours));
             println!("A05 {with:?} {t} s: Exudyn {foreign:e}, Lagrange {own:e}");
-            // Measured 6e-13 (of twelve digits printed) and 1.2e-14.
+            // Measured: 6e-13 (the reference is printed with twelve digits) and 1.2e-14.
             assert!(foreign < 2e-12 && own < 1e-13, "{with:?} {t}: {got:?} {want:?} {ours:?}");
         }
         let mbs = run.tree.multibody();
@@ -173,7 +175,7 @@ fn a05_equations() {
         let got = a05_symmetric(t, 2e-5);
         let off = apart(&got, &want);
         println!("A05 equations {t} s: {off:e}");
-        // Measured 6e-13, and 1.9e-12 at 10 s.
+        // Measured: 6e-13, and 1.9e-12 at 10 s.
         assert!(off < 5e-12, "{t}: {got:?} {want:?}");
     }
 }

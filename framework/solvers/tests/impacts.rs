@@ -147,7 +147,7 @@ fn what_falls_flat_comes_up_flat() {
                 let v = run.rates(name);
                 let up = run.pose(name).rotation * Vec3::new(v[3], v[4], v[5]);
                 assert!(v[..3].iter().all(|w| w.abs() < 1e-5), "{name} spins, e {e}, {h}: {v:?}");
-                // A step of semi-implicit Euler is half a step early.
+                // With semi-implicit Euler, the velocity is half a step early.
                 assert!((up.z - want).abs() < 1.6 * g * h, "{name}, e {e}, {h}: {} {want}", up.z);
             }
         }
@@ -171,7 +171,7 @@ fn a_ball_that_loses_nothing_comes_up_again() {
                 top = top.max(run.pose("ball").position.z - 0.1);
             }
         }
-        // It has hit the ground 66 times. Measured: 0.99999 to 1.00006 m.
+        // The ball has hit the ground 66 times. Measured: 0.99999 to 1.00006 m.
         assert!((top - 1.0).abs() < 2e-3 + 2.0 * 9.81 * h * h, "{h}: {top}");
     }
 }

@@ -82,7 +82,8 @@ fn the_order_of_the_file_changes_no_bit() {
 fn islands_are_what_rows_connect() {
     let count = |gap: f64, coupled: bool| {
         let mut s = Scene::default();
-        // Sliders have the world as parent, as the ground has.
+        // The boxes on sliders and the ground have the same parent, the world. Neighbours must
+        // collide, because otherwise the boxes would not touch the ground.
         s.rules.neighbours = linkwork_collision::Neighbours::Collide;
         s.ground(ROUGH);
         for k in 0..3 {

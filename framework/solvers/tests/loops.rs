@@ -56,7 +56,7 @@ fn constraint_methods_agree() {
         let (n, ..) = solve(&c, |_| ConstraintMethod::Auto);
         close(&n, &a, 1e-9, &what("by rule"));
         if report.rank == report.rows {
-            // Forces are unique.
+            // If no row is redundant, the forces are unique.
             close(&tau_b, &tau_a, 1e-8, &what("prescribed forces, embedded"));
             close(&tau_m, &tau_a, 1e-8, &what("prescribed forces, both"));
         }
@@ -276,7 +276,7 @@ fn prescribed_loop_hinges_drive() {
     b.loop_closure(LoopClosure {
         name: "drive".into(),
         body_a: "world".into(),
-        // The plane of the mechanism: the frame's x y are the world's x −z.
+        // The x and y axes of the frame, in the plane of the mechanism, are the world's x and −z.
         frame_a: Pose::rotation(linkwork_dynamics::spatial::Quat::from_axis_angle(
             &Vec3::x_axis(),
             -std::f64::consts::FRAC_PI_2,

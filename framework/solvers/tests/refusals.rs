@@ -250,7 +250,7 @@ fn loops_that_hold_nothing() {
         assert_eq!(constraint, "loop `ground`");
         assert!((closing.error - 1.0).abs() < 1e-9);
     }
-    // Nothing can move.
+    // The post is welded to the world, so nothing can move.
     let mut b = Builder::new();
     b.body(BodySpec::new("post", "world").mass(solid()));
     b.loop_closure(closure("ground", "world", "post", Hinge::ball()));
@@ -341,7 +341,8 @@ fn auto_embeds_a_massless_strut_in_a_large_loop() {
     assert!(answer(&none, ConstraintMethod::Augment).is_err());
     let auto = answer(&none, ConstraintMethod::Auto).unwrap();
     assert_eq!(auto, answer(&none, ConstraintMethod::Embed).unwrap());
-    // A strut with almost no mass, as rows: agrees within the effect of its mass.
+    // A strut with almost no mass, solved as rows, agrees with the massless strut within the effect
+    // of its mass.
     let light = MassProperties::new(1e-7, Vec3::new(0.2, 0.0, 0.0), Mat3::identity() * 1e-8);
     let rows = answer(&chain(light), ConstraintMethod::Augment).unwrap();
     let by_rule = answer(&chain(light), ConstraintMethod::Auto).unwrap();
@@ -365,7 +366,7 @@ fn a_loop_that_cannot_close() {
             Projector::new(&tree).positions(&tree, &mut ws, &mut solver, &[], &mut q).unwrap_err();
         let ProjectionError::Open { constraint, closing } = &e else { panic!("{t:?}: {e}") };
         assert_eq!(constraint, "loop `close`");
-        // Nine metres apart, with links of three metres in total.
+        // The ends are nine metres apart, and the links are three metres long in total.
         assert!(closing.error > 5.9 && closing.error < 9.0, "{t:?}: {closing:?}");
         assert!(q.iter().all(|x| x.is_finite()), "{t:?}: {q:?}");
         let text = e.to_string();
@@ -385,7 +386,7 @@ fn far_starts_close_by_shorter_steps() {
             let done = Projector::new(&tree).positions(&tree, &mut ws, &mut solver, &[], &mut q);
             closed += usize::from(done.is_ok());
         }
-        // Measured 100.
+        // Measured: 100.
         assert!(closed >= 98, "{t:?}: {closed} of 100 closed");
     }
 }

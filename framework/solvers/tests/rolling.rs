@@ -214,7 +214,7 @@ fn loads_on_slopes_are_those_of_statics() {
         for (pair, share) in WHEELS.chunks(2).zip(shares) {
             let normal: f64 =
                 pair.iter().map(|w| d.load(w)).sum::<f64>() * slope.to_radians().cos();
-            // The table has four digits.
+            // The shares in the table have four digits.
             assert!((normal / weight - share).abs() < 6e-5, "{slope} {pair:?} {}", normal / weight);
             assert!((d.load(pair[0]) - d.load(pair[1])).abs() < 1e-8 * weight);
             sum += normal;
@@ -248,7 +248,7 @@ fn it_drives_the_circle_of_its_steering() {
     for _ in 0..1500 {
         d.step(0.02, &mut ground).unwrap();
     }
-    // 6 m, 1 rad.
+    // The rover drives 6 m on a circle of 6 m radius, which is 1 rad.
     let p = d.pose("chassis").position;
     let heading = d.pose("chassis").rotation.euler_angles().2;
     assert!((heading - 1.0).abs() < 2e-3, "{heading}");
@@ -280,10 +280,11 @@ fn straight_on_a_slope_it_goes_as_far_as_its_wheels_turn() {
         d.step(0.02, &mut ground).unwrap();
     }
     let way = d.pose("chassis").position - from;
-    // Relative to the chassis, wheels rotate against the slope; the chassis itself does not rotate: 10 s at 0.2 m/s. Measured 1.2e-9 m.
+    // The chassis does not rotate, so the wheels roll as far as they rotate relative to it: 10 s at 0.2 m/s. Measured
+    // error: 1.2e-9 m.
     assert!((way.norm() - 2.0).abs() < 5e-9, "{}", way.norm());
     assert!((way.z - way.norm() * slope.sin()).abs() < 5e-9 && way.y.abs() < 1e-9);
-    // The residual of the search for the footing.
+    // The slide is not zero because of the residual of the search for the footing.
     assert!(d.report.slide < 1e-8, "{}", d.report.slide);
 }
 
@@ -339,7 +340,7 @@ fn on_stones_no_part_of_a_rim_is_in_the_ground() {
             let pose = d.pose(wheel);
             let axle = pose.rotation * Vec3::y();
             let down = -(Vec3::z() - axle * axle.z).normalize();
-            // Every fifth of a degree of the lower rim.
+            // Check the lower part of the rim in steps of 0.2°.
             for k in -300..=300 {
                 let angle = f64::from(k) * 0.2_f64.to_radians();
                 let p =
@@ -479,13 +480,13 @@ fn with_traction_all_forces_balance_on_hills() {
                     sum += jacobian[(3 + k) * nv + lane] * load.force[k];
                 }
             }
-            // Of 3339 N.
+            // The tolerance compares with the weight of 3339 N.
             assert!((sum - hold[lane]).abs() < 1e-6, "{step} lane {lane}: {sum} {}", hold[lane]);
         }
-        // The first step sinks it into the ground.
+        // The first step sinks the rover into the ground.
         assert!(d.report.gap < 1e-8, "{}", d.report.gap);
     }
-    // Its depth agrees with its tractions.
+    // The depth of each wheel agrees with the sinkage of its traction.
     for (k, name) in WHEELS.iter().enumerate() {
         let pose = d.pose(name);
         let gap = footing(&mut ground, &pose, RADIUS).unwrap().gap;
@@ -512,7 +513,8 @@ fn up_a_slope_it_slips_by_what_its_weight_asks() {
     let way = (d.pose("chassis").position - from).norm();
     let slip = 900.0 * 3.71 * slope.sin() / (6.0 * resistance[0]);
     assert!((way - 2.0 * (0.2 - slip)).abs() < 5e-9, "{way} {slip}");
-    // Across the slope, its weight moves it sideways, and rotates it, since its wheels are not centred about its centre of mass.
+    // Across the slope, the weight moves the rover sideways and rotates it, because the wheels are not centred about
+    // its centre of mass.
     let mut d = Drive::rover([0.0, 0.0], std::f64::consts::FRAC_PI_2);
     d.settle(&mut ground);
     d.tractions = vec![Traction { resistance, limit: [1e9; 2], ..Traction::default() }; 6];
@@ -601,7 +603,8 @@ fn what_cannot_roll_is_refused() {
     assert!(root.contains("`rocker_l` has no free hinge"), "{root}");
     let joint = told(&mb, vehicle(&mb, &WHEELS, &["rocker_l", "rocker_r", "bogie_l", "lm"]));
     assert!(joint.contains("the hinge of `lm` cannot adapt"), "{joint}");
-    // Off the map: the error has name and position; a hole under one wheel gives the same.
+    // Outside of the map, the error names the wheel and the position. A hole under one wheel gives
+    // the same error.
     let mut d = Drive::rover([0.0, 0.0], 0.0);
     let mut edge = |x: f64, _: f64| (x < 1.2).then_some((0.0, Vec3::z()));
     let e = d.rolling.settle(&d.tree, &mut d.ws, &mut edge, &mut d.q).unwrap_err();

@@ -161,7 +161,7 @@ impl Attempt {
         let got = [below[0], below[1], below[2], back];
         println!("{name} at {mu:.3} stands: {got:.2?} N, balance {want:.2?}");
         for (got, want) in got.iter().zip(&want) {
-            // Measured 7e-3 N of 4 kN; the solver's tolerance is 1e-6 of its impulses.
+            // Measured: 7e-3 N of 4 kN; the solver's tolerance is 1e-6 of its impulses.
             assert!((got - want).abs() < 0.05, "{name} at {mu}: {got} {want}");
         }
     }
@@ -180,7 +180,7 @@ impl Attempt {
         z[self.wheel] = 0.5 * (low + high);
         let asked = rover.required(z, self.wheel, 0.0);
         println!("{name} at {mu:.5} hangs at {low:.4} … {high:.4} m; its middle asks {asked:.5}");
-        // Measured 3e-5.
+        // Measured: 3e-5.
         assert!((asked - mu).abs() < 2e-4, "{name}: {asked} {mu}");
     }
 
@@ -293,7 +293,8 @@ fn the_rover_climbs_a_step_when_friction_suffices() {
             }
             NAMES.map(|w| a.run.pose(w).position.z > STEP + 0.9 * R)
         };
-        // Four fifths of the friction of the front wheel; six fifths; six fifths of the friction of the rear wheel.
+        // With 0.8 of the friction that the front wheel requires, no wheel climbs. With 1.2 of it, the front wheel
+        // climbs. With 1.2 of the friction that the rear wheel requires, all wheels climb.
         assert_eq!(climb(0.8 * KNOWN[0]), [false; 3]);
         assert!(climb(1.2 * KNOWN[0])[0]);
         assert_eq!(climb(1.2 * KNOWN[2]), [true; 3]);

@@ -136,7 +136,7 @@ impl MassProperties {
         Ok(RigidInertia {
             mass: self.mass,
             h: self.com * self.mass,
-            // Parallel axis: J = J_c − m c~ c~, and c~ c~ is negative.
+            // Parallel axis theorem: J = J_c − m c~ c~, where c~ c~ is negative semidefinite.
             inertia: inertia - C * C * self.mass,
         })
     }
@@ -149,7 +149,7 @@ impl MassProperties {
         }
         let mut faults = Vec::new();
         let scale = I.abs().max();
-        // Reject numbers whose sums overflow, because the search for eigenvalues would never end.
+        // Reject numbers whose sums overflow, because the search for eigenvalues would not end.
         if !(2.0 * scale + self.mass.abs() * self.com.norm_squared()).is_finite() {
             return vec![InertiaFault::NotFinite];
         }
@@ -218,7 +218,7 @@ impl RigidInertia {
             return Ok(body);
         }
         let as_given = MassProperties::new(mass, body.com(), J).validate();
-        // The test above failed, so the exact test or the mass gives the fault.
+        // The test above failed, so the exact test or the mass determines the fault.
         match as_given {
             Err(error) => Err(error),
             Ok(_) if mass > 0.0 => Ok(body),

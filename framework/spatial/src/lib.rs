@@ -56,7 +56,7 @@ pub fn quat(R: &Mat3) -> Quat {
 pub fn moment_of_gradient(r: &Vec3, gradient: &Vec3) -> Vec3 {
     let theta2 = r.norm_squared();
     let theta = theta2.sqrt();
-    // (1 − (θ/2) cot(θ/2)) / θ², computed from its series near zero.
+    // The factor is (1 − (θ/2) cot(θ/2)) / θ², computed from its series near zero.
     let c = if theta < 1e-3 {
         1.0 / 12.0 + theta2 / 720.0
     } else {

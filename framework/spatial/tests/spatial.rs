@@ -59,7 +59,8 @@ fn shifting_an_inertia_is_phi_m_phi_transposed() {
 
 #[test]
 fn two_halves_of_a_rod_make_the_rod() {
-    // Thin rods of length 1 and mass m: m/12 about the transverse axes; joined end to end: (2m) 2²/12.
+    // Thin rods of length 1 and mass m have m/12 about the transverse axes. Joined end to end, they
+    // have (2m) 2²/12.
     let half = Mat3::from_diagonal(&Vec3::new(0.0, 1.0 / 12.0, 1.0 / 12.0));
     let part = |x: f64| RigidInertia::new(1.0, Vec3::x() * x, half).unwrap();
     let rod = part(0.5) + part(-0.5);
@@ -74,7 +75,7 @@ fn impossible_bodies_are_refused_with_the_size_of_the_fault() {
     assert_eq!(faults(with(-2.0, I(1.0, 1.0, 1.0))), [InertiaFault::NegativeMass(-2.0)]);
     assert_eq!(faults(with(0.0, I(1.0, 1.0, 2.0))), [InertiaFault::MasslessButInertia(2.0)]);
     assert_eq!(faults(with(f64::NAN, I(1.0, 1.0, 2.0))), [InertiaFault::NotFinite]);
-    // Almost infinite: their sums overflow.
+    // These numbers are finite, but their sums overflow.
     assert_eq!(faults(with(1.0, I(1e308, 1e308, 1e308))), [InertiaFault::NotFinite]);
     let far = MassProperties::new(1.0, v(1e200), I(1.0, 1.0, 1.0));
     assert_eq!(faults(far), [InertiaFault::NotFinite]);
@@ -87,9 +88,10 @@ fn impossible_bodies_are_refused_with_the_size_of_the_fault() {
     assert!((excess - 0.2).abs() < 1e-15);
     let text = with(1.0, I(0.1, 0.2, 0.5)).validate().unwrap_err().to_string();
     assert!(text.contains("exceeds the sum") && text.contains("armature"), "{text}");
-    // Several faults at once.
+    // Several faults are reported at once.
     assert_eq!(faults(with(-1.0, I(-1.0, 1.0, 1.0))).len(), 2);
-    // A published wheel with its rotor's inertia included, and a massless body.
+    // A published wheel that includes the inertia of its rotor is accepted with this check, and so
+    // is a massless body.
     with(1.0, I(0.1, 0.2, 0.5)).with_check(InertiaCheck::PositiveMoments).validate().unwrap();
     MassProperties::massless().validate().unwrap();
     // A flat plate is at the limit of the triangle inequality, and valid.
@@ -98,7 +100,7 @@ fn impossible_bodies_are_refused_with_the_size_of_the_fault() {
 
 #[test]
 fn a_matrix_gives_its_rotation_and_nan_gives_nan() {
-    // Tests each branch of the closed form: the trace, and each diagonal element as the largest.
+    // Test each branch of the closed form: the trace, and each diagonal element as the largest.
     let axes = [Vec3::x(), Vec3::y(), Vec3::z(), v(0.4)];
     for turn in axes.iter().flat_map(|a| [0.0, 0.3, -2.0, 3.1, 3.2].map(|angle| a * angle)) {
         let R = Quat::from_scaled_axis(turn);

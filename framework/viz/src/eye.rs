@@ -73,7 +73,7 @@ mod tests {
         let body = Pose::new(turn(-0.2, 0.4, 2.1), eye.position + Vec3::new(0.7, -2.9, 1.3));
         let told = base.pose(&body);
         let back = eye * told;
-        // The resolution of double precision is 5e-10 m there.
+        // At this distance the resolution of double precision is 5e-10 m.
         assert!((back.position - body.position).norm() < 5e-9, "{back:?}");
         assert!(back.rotation.angle_to(&body.rotation) < 1e-7, "{back:?}");
         assert_eq!(told.position, base.point(&body.position));

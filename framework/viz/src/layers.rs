@@ -154,7 +154,7 @@ mod tests {
     #[test]
     fn it_is_linear_between_the_middles_of_squares_and_across_tiles() {
         let mut layers = Layers::default();
-        // Nodes at multiples of 0.5: their squares begin a quarter before.
+        // The nodes are at multiples of 0.5, and the squares around them begin 0.25 before.
         let first = tile([-0.25, -0.25], OverlayValues::Change(vec![0.0, -0.1, 0.0, -0.1]));
         assert_eq!(layers.take("Soil", first), News::Shape([-0.75, -0.75, 1.25, 1.25]));
         layers.take("Soil", tile([0.75, -0.25], OverlayValues::Change(vec![0.3, 0.0, 0.3, 0.0])));
@@ -168,13 +168,13 @@ mod tests {
         {
             near(x, 0.0, want);
             near(x, 0.4, want);
-            // Within one square of the previous ground.
+            // Within one square of the border, the change decreases to the previous ground.
             near(x, 0.75, 0.5 * want);
             near(x, -7.0, 0.0);
         }
         assert_eq!((layers.pitch(), layers.grain()), (Some(0.5), None));
         assert!(layers.changed([0.6, 0.1, 0.7, 0.2]) && !layers.changed([2.1, 0.0, 3.0, 1.0]));
-        // A tile replaces the previous one; with another size, it replaces all.
+        // A tile replaces the previous one at its place. A tile of another size replaces all tiles.
         layers.take("Soil", tile([0.75, -0.25], OverlayValues::Change(vec![0.0; 4])));
         assert_eq!(layers.change(1.0, 0.0), 0.0);
         let other =

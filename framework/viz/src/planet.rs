@@ -37,7 +37,7 @@ impl Planet {
     pub fn mesh(&self, sink: f64, clear: f64) -> Mesh3D {
         let (radius, site) = (self.radius, self.is_under_site());
         let level = self.level(&Vec3::zeros());
-        // Offset from the centre of the rings to the origin of W.
+        // Centre of the rings in W: the origin of W, or the top of the sphere.
         let top = if site { Vec3::zeros() } else { self.centre + Vec3::z() * radius };
         let growth = (radius * std::f64::consts::PI / FIRST).powf(1.0 / f64::from(RINGS - 1));
         let (mut points, mut normals, mut colors) = (Vec::new(), Vec::new(), Vec::new());
@@ -48,7 +48,7 @@ impl Planet {
                 ring => radius * std::f64::consts::PI * f64::from(ring) / f64::from(RINGS),
             };
             let (sin, cos) = (way / radius).sin_cos();
-            // Spacing between rings.
+            // This is the spacing between rings.
             let even = radius * std::f64::consts::PI / f64::from(RINGS);
             let apart = if site { (way * (growth - 1.0)).max(FIRST) } else { even };
             let down = sink * (2.0 - way / clear.max(1e-9)).clamp(0.0, 1.0);
@@ -81,7 +81,7 @@ impl Planet {
     fn shade(&self, p: &Vec3, apart: f64) -> [u8; 3] {
         let (mut sum, mut weights, mut size) = (0.0, 0.0, self.radius);
         while size > 2.0 * apart {
-            // Sizes close to the node distance have the largest weight.
+            // Waves with a size close to the distance of nodes have the largest weight.
             sum = 0.8 * sum + noise(&(p / size));
             weights = 0.8 * weights + 1.0;
             size *= 0.5;
@@ -138,7 +138,7 @@ mod tests {
             off = off.max(((p - planet.centre).norm() - radius).abs());
             lowest = lowest.min(planet.up(&Vec3::zeros()).dot(&p));
         }
-        // Single precision at two radii.
+        // The tolerance is single precision at a distance of two radii.
         assert!(off < 1.0 && (lowest / (-2.0 * radius) - 1.0).abs() < 1e-6, "{off} {lowest}");
         assert_eq!(positions[0], [0.0; 3]);
     }
@@ -153,7 +153,7 @@ mod tests {
             turns.push(p.z);
         }
         assert!(off < 1.0, "{off}");
-        // All around, at equal distances.
+        // The rings go all around at equal angles.
         let z = |ring: usize| turns[ring * SECTORS as usize] / earth.radius;
         for ring in [0, 45, 90, 180] {
             let angle = std::f64::consts::PI * ring as f64 / f64::from(RINGS);
@@ -182,7 +182,7 @@ mod tests {
             let up = (p - planet.centre).normalize();
             assert!((planet.level(&p) * Vec3::z() - up).norm() < 1e-12);
         }
-        // At the antipode of the camera, there is also some level.
+        // At the antipode of the camera, the level is also defined.
         let below = Planet { centre: Vec3::z() * 5.0, radius: 5.0, ..planet };
         assert!((below.level(&Vec3::zeros()) * Vec3::z() + Vec3::z()).norm() < 1e-12);
     }

@@ -31,7 +31,7 @@ const LANES: usize = 8;
 pub fn read_recording(path: &Path) -> Result<BTreeMap<String, RecordedSeries>, VizError> {
     let name = path.display();
     let fault = |e: String| VizError(format!("`{name}`: {e}"));
-    // Opening a pipe would block.
+    // Check before opening, because opening a pipe blocks.
     if !path.metadata().map_err(|e| fault(e.to_string()))?.is_file() {
         return Err(fault("it is not a file".into()));
     }

@@ -33,7 +33,8 @@ const LIVE: &str = "rerun+http://127.0.0.1:9876/proxy";
 fn builder(title: &str) -> Result<RecordingStreamBuilder, Wrap> {
     let name = format!("linkwork {title}");
     let id = re_sdk::external::re_log_types::ApplicationId::try_from(name)?;
-    // Linkwork makes the batches, in the order of time; the SDK's own timer would split them anywhere.
+    // Linkwork makes the batches in the order of time, because the SDK's own timer would split them at
+    // any point.
     Ok(RecordingStreamBuilder::new(id).batcher_config(ChunkBatcherConfig::NEVER))
 }
 

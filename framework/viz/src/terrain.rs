@@ -116,7 +116,7 @@ impl Tiles {
             let tile = |v: f64| (v - s.origin[k]) / (s.spacing[k] * self.per[k] as f64);
             let (a, b) = (tile(a).floor(), tile(b).floor());
             let last = self.count[k] as f64 - 1.0;
-            // Written so that NaN does not match any tile.
+            // These comparisons are false for NaN, so it does not match any tile.
             let some = b >= 0.0 && a <= last;
             let ends = some.then(|| (a.max(0.0) as usize, b.min(last) as usize));
             ends.map_or(0..0, |(a, b)| a..b + 1)
@@ -385,7 +385,7 @@ mod tests {
                 lowest = lowest.min(z - plane);
             }
         }
-        // Each position once, except for the cell of the hole.
+        // The triangles cover each position once, except for the cell of the hole.
         assert!((area - (4.0 * 2.4 - 0.2)).abs() < 1e-5, "{area}");
         // A vertex is within a tenth of a metre of the deepest point, and the sides are steeper than the slope.
         assert!((-0.0500001..-0.03).contains(&lowest), "{lowest}");
@@ -413,12 +413,13 @@ mod tests {
             let t = Tiles::new(surface, None, draped).unwrap();
             (t.count, t.per, t.stride)
         };
-        // 300 m at 0.5 m: 16 tiles along an edge, as fine as the map; 60 tiles of 5 m where parts have overlays.
+        // A map of 300 m at 0.5 m has 16 tiles along an edge, which are as fine as the map. Where parts have
+        // overlays, it has 60 tiles of 5 m.
         assert_eq!(of(600, 0.5, false), ([16; 2], [38; 2], [1; 2]));
         assert_eq!(of(600, 0.5, true), ([60; 2], [10; 2], [1; 2]));
-        // 1 km at 0.25 m: tiles of 128 nodes; every fifth of the nodes at first.
+        // A map of 1 km at 0.25 m has tiles of 128 nodes. At first every fifth node is shown.
         assert_eq!(of(4000, 0.25, false), ([32; 2], [128; 2], [5; 2]));
-        // A small one: tiles of 5 m, nodes 0.5 m apart.
+        // A small map has tiles of 5 m with nodes 0.5 m apart.
         assert_eq!(of(400, 0.05, false), ([4; 2], [100; 2], [10; 2]));
     }
 
@@ -449,7 +450,8 @@ mod tests {
         colors[6] = [255, 0, 0, 255];
         let seen = OverlayValues::Colors(colors);
         layers.take("Map", OverlayTile { corner: [-0.5, 2.0], cell: 0.25, columns: 4, seen });
-        // Tile 0 is 2.5 m by 2.4 m, beginning at (-2, 1); its texture is an eighth larger. The square is from (0, 2.25) to (0.25, 2.5).
+        // Tile 0 is 2.5 m by 2.4 m and begins at (-2, 1). Its texture is an eighth larger. The square is from (0, 2.25)
+        // to (0.25, 2.5).
         let texture = tiles.texture(0, &layers).unwrap();
         let buffer = texture.albedo_texture_buffer.unwrap();
         let bytes = re_sdk_types::components::ImageBuffer::from_arrow(&buffer.array).unwrap();
@@ -470,7 +472,7 @@ mod tests {
             [[122; 3], [153; 3], [183; 3]]
         );
         assert_eq!(at(&colors(None), 0.0), [139, 92, 65]);
-        // Facing away from the sun it is darker.
+        // Ground that faces away from the sun is darker.
         let north_east = [0.5, 0.5, std::f32::consts::FRAC_1_SQRT_2];
         let south_east = [0.5, -0.5, std::f32::consts::FRAC_1_SQRT_2];
         let light = |n| shade(&grey, 0.0, (-1.0, 1.0), n)[0];

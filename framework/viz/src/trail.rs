@@ -87,7 +87,7 @@ impl Trail {
             let mut kept: Vec<(Vec3, u32)> = Vec::new();
             for (k, point) in self.points.iter().enumerate().rev() {
                 let gap = kept.last().map_or(f64::INFINITY, |(next, _)| apart(next, &point.0));
-                // The first point is kept.
+                // Always keep the first point.
                 if k == 0 || gap >= self.spread * apart(p, &point.0) {
                     kept.push(*point);
                 }
@@ -155,7 +155,8 @@ mod tests {
     #[test]
     fn what_is_near_stays_fine_and_what_is_far_goes() {
         let mut trail = Trail::new(0, "body", false, &Base::World);
-        // The body comes from a distance of 4000 km to a stop, then moves 30 m at walking speed.
+        // The body decelerates from a distance of 4000 km to a stop, and then moves 30 m at walking
+        // speed.
         let mut far = 4e6;
         while far > 0.06 {
             trail.add(&Vec3::new(far, 0.0, 0.0), 0);
@@ -202,7 +203,7 @@ mod tests {
                 assert!((end - p).norm() < 1e-3, "{k}: {end:?} for {p:?}");
                 if let Some((_, rest)) = changes.get(1) {
                     (far, new) = (positions(rest), new + 1);
-                    // Single precision there.
+                    // The older part has single precision at this distance.
                     let gap = (far[far.len() - 1] - near[0] - origin).norm();
                     assert!(gap < 0.6, "{k}: the parts are {gap} m apart");
                 }
@@ -211,7 +212,7 @@ mod tests {
             let whole = far.len() + positions(&trail.changes()[0].1).len();
             assert_eq!(whole, trail.points.len() + 1, "the joint is in both");
             assert!(step > 0.99 * speed * apart_s, "{step}");
-            // One in 64 points at the rate of a screen.
+            // The older part is sent again once for each `REACH` of distance.
             let stretches = f64::from(count) * (speed * apart_s / REACH).min(1.0);
             assert!((f64::from(new) / stretches - 1.0).abs() < 0.2, "{new} for {stretches}");
         }

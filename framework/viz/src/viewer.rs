@@ -295,7 +295,7 @@ impl Viewer {
     /// Sends the blueprint and the static objects.
     fn open(view: View, rec: RecordingStream, fresh: Duration) -> Result<Viewer, Wrap> {
         let scene = &view.scene;
-        // No wall clock times: the recording is over simulated time.
+        // Do not log the wall clock, because the recording is over simulated time.
         rec.set_log_time_enabled(false);
         rec.set_log_tick_enabled(false);
         rec.log_static("/", &re_sdk_types::archetypes::ViewCoordinates::RIGHT_HAND_Z_UP())?;
@@ -341,7 +341,8 @@ impl Viewer {
         }
         let (sink, clear) = ground::room(view.terrain.iter().map(|(_, surface)| surface));
         let ground = Ground::new(view.terrain, scene.ground, view.overlays);
-        // After the first poses, because a view whose frame is not known yet places its camera elsewhere.
+        // Send this after the first poses, because a view whose frame is not known yet places its camera
+        // elsewhere.
         let seldom = ground.coarse().into_iter().map(|(path, mesh)| (0, path, mesh)).collect();
         if !scene.markers.is_empty() {
             let points =

@@ -81,7 +81,7 @@ fn scene(plan: &Plan) -> Scene {
         spacing: [1.0, 1.0],
         heights: [0.0, 0.1, 0.2, 0.3, 0.4, 0.5].into(),
     };
-    // One inside point is ignored.
+    // The hull ignores a point in its inside.
     let hull = Geometry::ConvexHull { points: [corners(0.2), vec![Vec3::zeros()]].concat() };
     let variable = plan.variables.keys().find(|k| k.ends_with("arm.angle")).unwrap().clone();
     Scene {
@@ -211,7 +211,8 @@ fn a_recording_changes_no_bits_and_holds_every_instant_whole() {
         kinematics(tree, &mut ws, &x[..mb.nq()], &x[mb.nq()..mb.nq() + mb.nv()]);
         let body = |n: &str| ws.body_pose(tree, mb.body(n).unwrap()).position;
         let tip = ws.node_pose(tree, mb.node("tip").unwrap()).position;
-        // The view follows the arm: moving objects are relative to it, and the arm itself is in W. The frame of the trail is at rest in W.
+        // The view follows the arm, so moving objects are relative to it, and the arm itself is in W. The frame of the
+        // trail is at rest in W.
         let eye = body("Robot.arm");
         let wanted = [Vec3::zeros(), body("Robot.arm/weight") - eye, tip - eye, -eye, eye];
         for (((t, name), place), (frame, p)) in instant.iter().zip(frames.iter().zip(wanted)) {
@@ -270,7 +271,8 @@ fn what_a_machine_meets_is_shown() {
         let found = seen.get(shape).unwrap_or_else(|| panic!("`{shape}` is not shown: {seen:#?}"));
         assert!(found.contains(what), "`{shape}` has no `{what}`: {found:?}");
     }
-    // A hull is its surface: six faces of a cube, two triangles each, with separate corners.
+    // A hull is shown as its surface: six faces of a cube with two triangles each, which do not
+    // share corners.
     let positions = re_sdk_types::archetypes::Mesh3D::descriptor_vertex_positions().component;
     let corners: Vec<re_sdk_types::components::Position3D> = chunks(&path)
         .iter()
@@ -346,7 +348,8 @@ fn a_silent_viewer_holds_nobody_up() {
         sim.step().unwrap();
         recorder.sample(&sim).unwrap();
     }
-    // The rows wait in the stream, or were dropped; the end does not wait for them.
+    // The rows wait in the stream or were dropped, and the end of the recording does not wait for
+    // them.
     let ended = recorder.finish_within(Duration::from_millis(300));
     assert!(ended.is_err(), "the silent viewer is said to have taken everything");
 }
@@ -527,7 +530,7 @@ fn far_from_the_origin_what_is_beside_the_followed_body_is_told_beside_it() {
     let path = folder.path().join("run.rrd");
     recorded_scene(&plan, &far_scene(Some("craft")), &path);
     beside_is_beside(&path, 301);
-    // All poses are in W without a followed body.
+    // If no body is followed, all poses are in W.
     recorded_scene(&plan, &far_scene(None), &path);
     let (parents, entities) = frames_of(&path);
     let root = |child: &str| [child.to_string(), "tf#/".to_string()];

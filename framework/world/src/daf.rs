@@ -102,7 +102,8 @@ impl<'a> Daf<'a> {
         let mut out = Vec::new();
         let mut record = self.index(self.int(76)?, "the first record of summaries")?;
         let size = 8 * (2 + N.div_ceil(2));
-        // Visit each record at most once, so that a cycle in a damaged file also ends.
+        // Visit each record at most once, so that a cycle in a damaged file cannot cause an
+        // infinite loop.
         for _ in 0..self.data.len() / RECORD + 1 {
             if record == 0 {
                 break;

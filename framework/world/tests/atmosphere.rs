@@ -56,7 +56,7 @@ fn us76_is_what_finer_steps_go_to() {
     relative(air.at(120e3).density, golden, 1e-8, "120 km");
     let golden = limit(2.0756103311046663e-09, 2.0756153863629003e-09);
     relative(air.at(150e3).density, golden, 4e-7, "150 km");
-    // The table has four digits.
+    // The published table has four digits.
     for (km, printed) in [
         (120.0, 2.222e-8),
         (200.0, 2.541e-10),
@@ -174,7 +174,7 @@ fn gram_tables_are_read() {
     let Some(mars) = reference("atmosphere/basilisk_MarsGRAMNominal.txt") else { return };
     let earth =
         Table::read("e", &earth, &Layout::EARTH_GRAM, Outside::Continue, Gas::EARTH).unwrap();
-    // Its rows are in decreasing order.
+    // The rows of this file are in decreasing order.
     assert_eq!(earth.range(), (0.0, 200_000.0));
     relative(earth.at(199_500.0).density, 4.2750e-10, 1e-12, "second row");
     near(earth.at(500.0).temperature, 298.52, 1e-9, "last row but one");
@@ -304,7 +304,8 @@ fn msis_has_no_steps_and_refuses() {
         let h = 5e3 * f64::from(k);
         assert!(rho(h) < rho(h - 5e3), "density rises at {h}");
     }
-    // Quiet, and disturbed with a steady history: both forms of activity agree within some per cent.
+    // In quiet conditions and with a steady disturbance, both forms of activity agree within some
+    // per cent.
     let told = |m: Magnetic| SpaceWeather { magnetic: m, ..weather };
     let daily = at(4e5, &told(Magnetic::Daily(15.0))).unwrap().density;
     let steady = at(4e5, &told(Magnetic::History([15.0; 6]))).unwrap().density;
@@ -327,7 +328,7 @@ fn winds_blow_where_they_are_said_to() {
     near3(&wind_from(20.0, 1.5 * PI), &Vec3::new(20.0, 0.0, 0.0), 1e-14, "from the west: east");
     near3(&wind_from(20.0, 0.0), &Vec3::new(0.0, -20.0, 0.0), 1e-14, "from the north: south");
     near3(&wind_from(20.0, FRAC_PI_2), &Vec3::new(-20.0, 0.0, 0.0), 1e-14, "from the east: west");
-    // NESC case 8: from the west, 0.003 h − 20 ft/s.
+    // NESC case 8: a wind from the west of 0.003 h − 20 ft/s.
     let wind = |h: f64| Vec3::new(0.003 * h - 20.0 * 0.3048, 0.0, 0.0);
     let profile =
         Profile::winds(vec![(0.0, wind(0.0)), (4e3, wind(4e3)), (1e4, wind(1e4))]).unwrap();
@@ -358,7 +359,7 @@ fn gusts_have_the_correlation_of_dryden() {
     let t = Turbulence { length: Vec3::from_element(533.4), sigma: Vec3::from_element(1.0) };
     let dt = 0.02;
     let zero = DrydenState::default();
-    // Response to each of the five noises, over 60 s.
+    // Compute the response to each of the five noises over 60 s.
     let answers: Vec<Vec<Vec3>> = (0..5)
         .map(|k| {
             let mut noise = [0.0; 5];
@@ -388,7 +389,7 @@ fn gusts_have_the_correlation_of_dryden() {
     near3(&half, &golden, 1e-12, "half a second");
     near(half.x, 0.86883, 5e-6, "R_u");
     near(half.y, 0.80775, 5e-6, "R_v");
-    // quick_golden.json, dryden: factors of one step of 0.02 s.
+    // Reference: quick_golden.json, `dryden`, factors of one step of 0.02 s.
     let one = Dryden::step(&DrydenState { u: 1.0, ..zero }, &t, 150.0, dt, &[0.0; 5]).u;
     near(one, 0.9943914897849646, 1e-15, "e^(−VΔ/L)");
     near(answers[0][0].x, 0.10576183169385131, 1e-15, "σ√(1 − e^(−2VΔ/L))");
@@ -448,7 +449,7 @@ fn a_record_of_gusts_has_its_deviation() {
     }
     for (sum, what) in [(first, "first"), (late, "later")] {
         let sigma = (sum / RUNS as f64).map(f64::sqrt).component_div(&t.sigma);
-        // 1/√(2 RUNS) is 0.5 %; four of these.
+        // The standard error 1/√(2 RUNS) is 0.5 %; the tolerance is four of these.
         near3(&sigma, &Vec3::from_element(1.0), 0.02, what);
     }
     let still = Dryden::step(

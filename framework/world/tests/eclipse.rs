@@ -90,7 +90,7 @@ fn sunlight_presses_as_golden() {
     let f = plate(PRESSURE_AU, 4.0, &n, &Vec3::x(), 0.3, 0.2);
     near3(&f, &Vec3::new(-2.2374781585018852e-5, -4.48781253029662e-6, 0.0), 1e-19, "plate");
     assert_eq!(plate(1.0, 4.0, &-n, &Vec3::x(), 0.3, 0.2), Vec3::zeros());
-    // A mirror reflects all of the light, a black plate absorbs it.
+    // A mirror reflects all light, and a black plate absorbs it.
     let mirror = plate(1.0, 2.0, &Vec3::x(), &Vec3::x(), 1.0, 0.0);
     near3(&mirror, &Vec3::new(-4.0, 0.0, 0.0), 1e-15, "mirror");
     let black = plate(1.0, 2.0, &n, &Vec3::x(), 0.0, 0.0);
@@ -130,7 +130,7 @@ fn heat_and_noon_have_closed_forms() {
     let noon = planet_light(&(Vec3::x() * (R + 10.0)), &Vec3::x(), R, 0.4, 0.0);
     near(noon.x, 0.4, 2e-3, "noon");
     near(noon.y.hypot(noon.z), 0.0, 1e-12, "noon, sideways");
-    // At midnight near the ground the light is zero, and inside the planet too.
+    // At midnight near the ground the light is zero, and inside the planet, too.
     near(
         planet_light(&(Vec3::x() * -(R + 1e5)), &Vec3::x(), R, 0.4, 0.0).norm(),
         0.0,

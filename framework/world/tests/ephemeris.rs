@@ -46,7 +46,8 @@ fn golden_positions() {
         let n = |key: &str| number(&case[key]);
         let d = (n("tdb_days_past_J2000"), 0.0);
         let s = sun(d).unwrap();
-        // Some microseconds of difference, because the reference adds days to a Julian date in one number.
+        // The reference adds days to a Julian date in one number, which changes the time by some
+        // microseconds.
         near3(&s.position, &vec3(&case["erfa_epv00_sun_wrt_earth_m"]), 1.0, "epv00");
         let m = moon(d);
         near3(&m.position, &vec3(&case["erfa_moon98_m"]), 0.02, "moon98");
@@ -54,7 +55,8 @@ fn golden_positions() {
         near((s.position - de).norm(), n("erfa_epv00_error_m"), 1.0, "epv00 and DE440");
         let moon_de = vec3(&case["de440_moon_wrt_earth_m"]);
         near((m.position - moon_de).norm(), n("erfa_moon98_error_m"), 0.02, "moon98 and DE440");
-        // Montenbruck and Gill as printed: without the motion of the perihelion, 0.3225° T, which ours includes.
+        // The formula of Montenbruck and Gill as it is printed leaves out the motion of the perihelion, 0.3225°
+        // T, which Linkwork includes.
         let printed = printed_sun(d.0);
         near3(&printed, &vec3(&case["low_sun_m"]), 1.0, "the Sun as printed");
         near(arcsec(&printed, &de), n("low_sun_error_arcsec"), 1e-4, "the Sun as printed, error");
@@ -113,7 +115,7 @@ fn ellipses_agree_with_plan94() {
 fn velocities_are_rates_of_positions() {
     let bodies = [
         (Body::Sun, Body::Earth, 1e-7),
-        // `moon98` neglects precession in its velocity: 3 mm/s.
+        // The velocity of `moon98` neglects precession, which is 3 mm/s.
         (Body::Moon, Body::Earth, 4e-6),
         (Body::Moon, Body::Sun, 1e-6),
         (Body::Mars, Body::Earth, 3e-4),
@@ -295,7 +297,7 @@ fn damaged_kernels_are_refused() {
     assert!(fault(&with(1024 + 24 + 32, &(-7i32).to_le_bytes())).contains("an address is -7"));
     let count = good.len() - 8;
     assert!(fault(&with(count, &3f64.to_le_bytes())).contains("do not match its length"));
-    // Truncated or modified files never panic.
+    // Truncated or modified files must not cause a panic.
     let mut random = Random(3);
     for _ in 0..2000 {
         let mut data = good.clone();

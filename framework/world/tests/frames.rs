@@ -26,7 +26,7 @@ fn a_site_keeps_micrometres() {
         near3(&back.position, &rock.position, 2e-9, "position there and back");
         near3(&back.velocity, &rock.velocity, 2e-13, "velocity there and back");
     }
-    // The path of the rock in inertial axes has the reported velocity.
+    // The reported velocity must equal the rate of the rock's position in inertial axes.
     let parked = PointMotion { position: rock.position, velocity: Vec3::zeros() };
     let at = |t: f64| site.motion(&rotation.at(t)).to_outer(&parked);
     let (t, h) = (4321.0, 1.0);
@@ -35,8 +35,9 @@ fn a_site_keeps_micrometres() {
         / (12.0 * h);
     near3(&difference, &at(t).velocity, 1e-8, "velocity of the ground");
     assert!((at(t).velocity.norm() - 240.0).abs() < 1.0, "{:?}", at(t).velocity);
-    // It moves smoothly, without steps from large angles: second differences at times that are exact in f64. Measured 9e-9 m, of which 1e-9 is the
-    // curvature of the path; with a rounded product of rate and time 3e-7.
+    // The ground must move smoothly, although the angles are large: check second differences at times that are exact in
+    // f64. Measured: 9e-9 m, of which 1e-9 is the curvature of the path. With a rounded product of rate and time it
+    // would be 3e-7.
     let h = f64::from(2.0f32.powi(-12));
     let mut worst: f64 = 0.0;
     for k in 0..400 {
@@ -65,7 +66,7 @@ fn two_sites_see_each_other_without_the_planet() {
     let q = Vec3::new(3.0, 4.0, 5.0);
     near3(&a.from_planet(&a.to_planet(&q)), &q, 3e-9, "to the planet's axes and back");
     near3(&direct.transform_point(&q), &a.from_planet(&b.to_planet(&q)), 3e-9, "b in a");
-    // 111.2 m north, 74.6 m east: curvature at 48°.
+    // The other site is 111.2 m north and 74.6 m east; the small deviation is curvature at 48°.
     near(direct.position.y, 111.19, 0.05, "north");
     near(direct.position.x, 74.65, 0.05, "east");
     near(direct.position.z, 10.0, 2e-3, "up");
@@ -93,7 +94,7 @@ fn frames_compose_as_their_motions_say() {
     let round = ab.then(&ab.inverse());
     near3(&round.velocity.linear, &Vec3::zeros(), 1e-14, "there and back");
     near3(&round.velocity.angular, &Vec3::zeros(), 1e-14, "there and back");
-    // Compare with a path: both frames move uniformly for a moment.
+    // Compare with finite differences: both frames move uniformly for a short time.
     let moved = |f: &FrameMotion, h: f64| {
         Pose::new(
             Quat::from_scaled_axis(f.velocity.angular * h) * f.pose.rotation,
@@ -158,7 +159,7 @@ fn orbital_frames_turn_as_they_say() {
         let rate = (at(1.0) - at(-1.0)) / (2.0 * h);
         near33(&rate, &(frame.velocity.angular.cross_matrix() * R), 2e-12, "Ṙ = ω × R");
     }
-    // Two bodies: ω = h/r² along ĥ.
+    // For two bodies, ω = h/r² along ĥ.
     let kepler = r * (-3.986e14 / r.norm().powi(3));
     let omega = orbital_frame(OrbitalAxes::Rtn, &r, &v, &kepler).unwrap().velocity.angular;
     near3(&omega, &(r.cross(&v) / r.norm_squared()), 1e-18, "h/r²");

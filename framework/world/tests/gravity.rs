@@ -32,7 +32,7 @@ fn potential_by_angles(field: &Coefficients, p: &Vec3) -> f64 {
     let (sin, cos) = phi.sin_cos();
     let mut sum = 0.0;
     for m in 0..=field.order() {
-        // P_mm = (2m−1)!! cosᵐ, not normalised, then up in degree.
+        // Compute unnormalised P_mm = (2m−1)!! cosᵐ, and then increase the degree.
         let mut last = (1..=m).fold(1.0, |p, k| p * (2 * k - 1) as f64 * cos);
         let mut before = 0.0;
         for n in m..=field.degree() {
@@ -94,7 +94,8 @@ fn acceleration_is_the_slope_of_the_potential_and_the_gradient_that_of_the_accel
         for _ in 0..10 {
             let p = random.on_sphere(7e6);
             let g = field.full(&p);
-            // Differences of fourth order: measured 1e-9 and 4e-10 of the largest entry.
+            // Compare with differences of fourth order. Measured: 1e-9 and 4e-10 of the largest
+            // entry.
             let a = gradient(|p| field.potential(p), &p, 2e3);
             near3(&g.acceleration, &a, 1e-8 * a.norm(), "a = ∂V/∂x");
             let H = slope(|p| field.acceleration(p), &p, 2e3);
@@ -218,7 +219,7 @@ fn third_body_is_exact_where_differences_are_not() {
     let exact = Vec3::new(1.0477508278232455e-06, 1.2728961134523447e-07, 2.9703381763644265e-07);
     let mu = 4902800118000.0;
     let a = third_body(mu, &r, &s);
-    // The reference agrees to 2e-22.
+    // The reference has an accuracy of 2e-22.
     assert!((a - exact).norm() < 2.5e-22, "Battin: {:e}", (a - exact).norm());
     let plain = indirect(mu, &(s - r)) - indirect(mu, &s);
     assert!((plain - exact).norm() < 1e-19, "the plain difference is the same thing: {plain:?}");
@@ -248,7 +249,7 @@ fn gradients_for_variational_equations_are_slopes() {
                 let mut e = Vec3::zeros();
                 e[k] = h;
                 let d = |s: f64| a(&(p + e * s)) - a(&(p - e * s));
-                // Fourth order.
+                // This difference has fourth order.
                 (d(1.0) * 8.0 - d(2.0)) / (12.0 * h)
             };
             let size = g.norm();
@@ -264,7 +265,7 @@ fn gradients_for_variational_equations_are_slopes() {
             assert!(g.trace().abs() < 1e-13 * size, "{name} at {p}");
         }
     }
-    // Compare the zonal one with the series.
+    // Compare the gradient of zonal terms with the general series.
     let field = Harmonics::new(&Coefficients::zonal(mu, R, &j).unwrap());
     let p = Vec3::new(4e6, 3e6, -5e6);
     let (a, b) = (zonal_gradient(mu, R, &j, &p), field.full(&p).gradient);
@@ -277,7 +278,8 @@ fn torque_of_the_gradient() {
     let p = Vec3::new(3e6, -5e6, 4e6);
     let golden = Vec3::new(-0.0005239084965177083, -0.0004907625748529336, -0.00022052184617788614);
     near3(&torque(398600441800000.0, &I, &p), &golden, 1e-18, "torque");
-    // Forces on six masses with this inertia give the same torque, here with a constant gradient.
+    // The gravity forces on six masses with this inertia must give the same torque. The gradient is
+    // constant here.
     let H = point_mass_gradient(398600441800000.0, &p);
     let second = Mat3::identity() * (I.trace() / 2.0) - I;
     let moment = |j: usize, k: usize| (0..3).map(|i| second[(j, i)] * H[(k, i)]).sum::<f64>();

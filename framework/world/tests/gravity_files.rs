@@ -157,7 +157,7 @@ fn four_formats_say_the_same() {
         max_degree 2\nnorm fully_normalized\ntide_system zero_tide\nend_of_head ====\n\
         gfc 0 0 1.0 0.0\ngfc 2 0 -4.84E-04 0 0 0\ngfc 2 1 -2.0D-10 -1.5D-09\n\
         gfc 2 2 2.43E-06 -1.40E-06\n";
-    // C = N C̄ with N² = 5, 5/3, 5/12.
+    // C = N C̄, where N² is 5, 5/3 and 5/12 for orders 0, 1 and 2.
     let (k0, k1, k2) = (5f64.sqrt(), (5.0_f64 / 3.0).sqrt(), (5.0_f64 / 12.0).sqrt());
     let bare = format!(
         "radius 6.4e6\nearth_gravity_constant 4.0e14\nmax_degree 2\nnorm unnormalized\nend_of_head\n\

@@ -360,11 +360,11 @@ fn states_and_difference_lines_are_read_as_by_cspice() {
         near3(&got.position, &(1000.0 * Vec3::new(x[0], x[1], x[2])), 1e-6, &name);
         near3(&got.velocity, &(1000.0 * Vec3::new(x[3], x[4], x[5])), 1e-9, &name);
     }
-    // Type 21 has the lines of type 1.
+    // The segment of type 21 contains the same difference lines as the one of type 1.
     for et in [0.0, 250.0, 600.0, 1000.5, 1800.0] {
         assert_eq!(spk.between(-160, 399, et).unwrap(), spk.between(-170, 399, et).unwrap());
     }
-    // Modified files never panic.
+    // Modified files must not cause a panic.
     let mut random = Random(5);
     for _ in 0..3000 {
         let mut data = bytes.clone();
@@ -577,13 +577,13 @@ fn orbits_about_one_centre_are_read_as_by_cspice() {
         near3(&got.position, &(1000.0 * Vec3::new(x[0], x[1], x[2])), 1e-5, &name);
         near3(&got.velocity, &(1000.0 * Vec3::new(x[3], x[4], x[5])), 1e-8, &name);
     }
-    // The velocity is the derivative of the position.
+    // The velocity must be the derivative of the position.
     for (body, et) in [(-200, 1000.0), (-210, 300.0), (-220, 2e6)] {
         let at = |et: f64| spk.between(body, 399, et).unwrap();
         let slope = (at(et + 0.5).position - at(et - 0.5).position) / 1.0;
         near3(&at(et).velocity, &slope, 1e-2, "derivative");
     }
-    // Modified files never panic.
+    // Modified files must not cause a panic.
     let mut random = Random(7);
     for _ in 0..3000 {
         let mut data = bytes.clone();

@@ -37,7 +37,7 @@ fn far_away_it_is_a_dipole() {
     let b = dipole(&m, RADIUS, &Vec3::new(6.9e6, 1e6, 2e6));
     let golden = Vec3::new(-1.6128006771743223e-05, -5.633075575567971e-06, 1.4968916584129132e-05);
     near3(&b, &golden, 1e-19, "dipole");
-    // 2020: g₁₀ −29403.41, g₁₁ −1451.37, h₁₁ 4653.35 nT.
+    // The dipole of 2020 is g₁₀ −29403.41, g₁₁ −1451.37, h₁₁ 4653.35 nT.
     let field = Igrf::v14().at(&Epoch::parse("2020-01-01 00:00:00 UTC").unwrap()).unwrap();
     let m = Vec3::new(-1451.37e-9, 4653.35e-9, -29403.41e-9);
     let p = Vec3::new(6e8, 1e8, -3e8);
@@ -90,7 +90,7 @@ fn years_and_tables_are_checked() {
     assert_eq!(igrf.range(), (1900.0, 2030.0));
     let late = igrf.at(&Epoch::parse("2031-01-01 00:00:00 UTC").unwrap()).unwrap_err().to_string();
     assert!(late.contains("year of a magnetic field"), "{late}");
-    // Continuous where the rate begins, and changing after it.
+    // The field is continuous where the secular variation begins, and changes after that.
     let b = |d: &str| ned(d, 30.0, 40.0, 0.0);
     let (before, after) = (b("2024-12-31 23:59:00 UTC"), b("2025-01-01 00:01:00 UTC"));
     near3(&before, &after, 1e-3, "no step");

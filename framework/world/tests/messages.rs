@@ -13,7 +13,7 @@ fn read(lines: [&str; 2]) -> Result<TwoLine, String> {
 #[test]
 fn lines_with_unusual_fields_are_read() {
     let cases: [([&str; 2], u64, &str, [f64; 3]); 4] = [
-        // python-sgp4 #81: blanks in place of leading zeros.
+        // python-sgp4 #81: leading zeros are replaced by blanks.
         (
             [
                 "1  4859U 21001A   21007.63955392  .00000000  00000+0  00000+0 0  9990",
@@ -23,7 +23,8 @@ fn lines_with_unusual_fields_are_read() {
             "2021-01-07T15:20:57",
             [-7.472053450370515, 42240.55109125077, 13.16965486980523],
         ),
-        // ostk-astrodynamics PR 693, strf PR 72: numbers above 99 999 in the notation Alpha-5.
+        // ostk-astrodynamics PR 693, strf PR 72: catalogue numbers above 99 999 use the notation
+        // Alpha-5.
         (
             [
                 "1 A5544U 98067A   08264.51782528 -.00002182  00000-0 -11606-4 0  2925",
@@ -33,7 +34,8 @@ fn lines_with_unusual_fields_are_read() {
             "2008-09-20T12:25:40",
             [2748.401544598741, -3564.8924045783733, 4992.448308873714],
         ),
-        // pyephem #98: no designator, an exponent `-0`, angles with leading zeros.
+        // pyephem #98: the designator is missing, an exponent is `-0`, and angles have leading
+        // zeros.
         (
             [
                 "1 99998U          16033.50000000 -.00000082  00000-0 -21065-5 0 00006",
@@ -43,7 +45,8 @@ fn lines_with_unusual_fields_are_read() {
             "2016-02-02T12:00:00",
             [3894.679656347738, -3268.4002380556212, -4557.309101320406],
         ),
-        // pypredict #59: classification C; the fields of the element set number and of the revolution number are mostly blank.
+        // pypredict #59: the classification is C, and the fields for the element set number and the revolution number
+        // are mostly blank.
         (
             [
                 "1 70335C 23054AL  23105.34038169 -.00032587  00000+0 -14314-2 0    01",

@@ -30,7 +30,7 @@ fn a_sphere_dropped_on_the_ellipsoid() {
     let vector = |row: &[f64], name: &str| {
         Vec3::from_fn(|k, _| row[column(&format!("{name}_{}", ["X", "Y", "Z"][k]))])
     };
-    // The workbook's rate, which differs from the usual one.
+    // The workbook uses this rate of rotation, which differs from the usual one.
     let turn = FixedRate::about_z(0.0, 0.004178073_f64.to_radians()).unwrap();
     let rotation = Rotation::Fixed(turn);
     let (earth, air) = (Ellipsoid::wgs84(), Us76::new());
@@ -63,7 +63,7 @@ fn a_sphere_dropped_on_the_ellipsoid() {
         }
         let (gravity, _, air, place, relative_wind) = at(t, &s.position, &s.velocity);
         let what = |name: &str| format!("{name} at {t} s");
-        // Tolerances: 0.02 ft, 0.002 ft/s, 1e-3 degrees.
+        // The tolerances are 0.02 ft, 0.002 ft/s and 1e-3 degrees.
         let (p, v) = (vector(row, "eiPosition_ft"), vector(row, "eiVelocity_ft_s"));
         near3(&(s.position / FOOT), &p, 0.02, &what("position"));
         near3(&(s.velocity / FOOT), &v, 0.002, &what("velocity"));
@@ -72,7 +72,8 @@ fn a_sphere_dropped_on_the_ellipsoid() {
         near(place.longitude.to_degrees(), row[column("longitude_deg")], 1e-6, &what("longitude"));
         let g = gravity.norm() / FOOT;
         relative(g, row[column("localGravity_ft_s2")], 1e-6, &what("gravity"));
-        // Simulator 04 tabulates its air, with errors of some 1e-5 of temperature, pressure, and speed of sound.
+        // Simulator 04 uses a table of the atmosphere, with errors of some 1e-5 in temperature, pressure and
+        // speed of sound.
         let t_rankine = air.temperature * 1.8;
         relative(t_rankine, row[column("ambientTemperature_dgR")], 2e-5, &what("T"));
         relative(air.sound_speed / FOOT, row[column("speedOfSound_ft_s")], 2e-5, &what("a"));

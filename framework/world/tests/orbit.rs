@@ -30,7 +30,7 @@ fn forces(c: &Case, t: f64, r: &Vec3, v: &Vec3) -> ([Vec3; 5], f64) {
     let (sun, moon) = (c.bodies)(t);
     let light = visible_fraction(r, &sun, n("R_earth_shadow"), n("R_sun"));
     let srp = cannonball(&(sun - r), sc("A_srp") / sc("mass"), sc("Cr"), light);
-    // The air rotates about the pole; precession is neglected.
+    // The air rotates about the pole. The reference neglects precession.
     let pole = spin.R_IP * Vec3::z();
     let wind = (pole * n("omega")).cross(r);
     let u = v - wind;
@@ -79,7 +79,8 @@ fn check(c: &Case, variant: &Value, tolerances: [f64; 5]) {
         let golden = vec3(&variant["accelerations_at_t0"][name]);
         near3(&parts[k], &golden, tolerances[k] * golden.norm(), name);
     }
-    // Six hours, Runge–Kutta 4 with 5 s; compare sunlight at the outputs.
+    // Integrate six hours with Runge–Kutta 4 and steps of 5 s, and compare the sunlight at the
+    // outputs.
     let lit = numbers(&variant["sunlit_fraction_at_outputs"]);
     let f = |t: f64, r: &Vec3, v: &Vec3| forces(c, t, r, v).0.iter().sum::<Vec3>();
     let (mut r, mut v, h) = (r, v, 5.0);
@@ -165,7 +166,8 @@ fn with_the_real_earth_sun_and_moon() {
     let epoch = Epoch::parse("2012-08-06 00:00:00 UTC").unwrap();
     let p = EarthParameters { dut1: number(&variant["dut1"]), ..EarthParameters::default() };
     let earth = Earth::new(&epoch, p, 21600.0).unwrap();
-    // The reference evaluates the series with TT instead of TDB: 1.6 ms, in which the Sun moves 50 m, the Moon 2 m.
+    // The reference evaluates the series with TT instead of TDB. In the difference of 1.6 ms, the Sun moves 50 m
+    // and the Moon 2 m.
     let tdb = epoch.tdb_days();
     near3(&sun(tdb).unwrap().position, &vec3(&variant["sun_at_t0"]), 60.0, "Sun of TDB");
     near3(&moon(tdb).position, &vec3(&variant["moon_at_t0"]), 2.0, "Moon of TDB");

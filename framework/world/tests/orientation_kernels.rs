@@ -141,7 +141,8 @@ fn binary_kernels_of_orientation_are_read_as_by_cspice() {
         .unwrap();
     let pck = PckKernel::parse("rotations.bpc", &bytes).unwrap();
     for (body, et, rows, omega) in ROTATIONS {
-        // The simulation starts at the date itself, or at the beginning of the kernel.
+        // The simulation starts at the date itself, or at the beginning of the kernel; both must
+        // give the same result.
         for days in [et / 86_400.0, 7000.0] {
             let rotation = pck.rotation(body, (days.floor(), days.fract())).unwrap();
             let spin = rotation.at(et - days.floor() * 86_400.0 - days.fract() * 86_400.0);
@@ -155,7 +156,7 @@ fn binary_kernels_of_orientation_are_read_as_by_cspice() {
             assert!(error < 1e-11, "{body} {et}: {error:e}");
         }
     }
-    // Segments of 31001 from day 0 to 12 and from day 10 to 18.
+    // Body 31001 has segments from day 0 to 12 and from day 10 to 18.
     let rotation = pck.rotation(31001, (7001.0, 0.0)).unwrap();
     assert_eq!(rotation.range(), [-86_400.0, 17.0 * 86_400.0]);
     assert!(rotation.at(-86_401.0).omega_I.x.is_nan());
@@ -183,7 +184,8 @@ fn damaged_and_other_binary_kernels_are_refused() {
     assert!(with(88, b"VAX-GFLT").contains("number format"));
     let cut = PckKernel::parse("r.bpc", &bytes[..bytes.len() - 1024]).unwrap_err().to_string();
     assert!(cut.contains("it ends before byte"), "{cut}");
-    // The three summaries begin behind the head of their record; the type is the third integer.
+    // The three summaries follow the head of their record. The type is the third integer of a
+    // summary.
     let first = usize::try_from(i32::from_le_bytes(bytes[76..80].try_into().unwrap())).unwrap();
     let kind = |k: usize| (first - 1) * 1024 + 24 + 40 * k + 24;
     let mut other = bytes.clone();

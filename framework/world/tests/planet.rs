@@ -26,7 +26,7 @@ fn geodetic_and_back_keeps_nanometres() {
                 2 => -FRAC_PI_2 + 10f64.powf(random.between(-16.0, -2.0)),
                 _ => 10f64.powf(random.between(-16.0, -2.0)),
             };
-            // Down to half the radius, and up to a hundred radii.
+            // Test distances from half the radius to a hundred radii.
             let a = e.equatorial_radius();
             let altitude = match k % 3 {
                 0 => random.between(-100.0, 100.0),
@@ -41,7 +41,7 @@ fn geodetic_and_back_keeps_nanometres() {
             worst = worst.max(error);
             near(back.altitude, altitude, 1e-15 * p.norm().max(1e7), "altitude");
         }
-        // Measured 4e-16 of the distance from the centre: 3 nm on the ground.
+        // Measured: 4e-16 of the distance from the centre, which is 3 nm on the ground.
         assert!(worst < 1e-15, "{worst:e}");
     }
 }
@@ -102,7 +102,7 @@ fn geodetic_and_geocentric_latitude_are_two_things() {
     let geocentric = geocentric_latitude(&p);
     near(geocentric, e.geocentric_from_geodetic(place.latitude), 1e-15, "on the surface");
     near(e.geodetic_from_geocentric(geocentric), place.latitude, 1e-15, "and back");
-    // 11.5′ on the Earth at 45°.
+    // On the Earth, the difference at 45° is 11.5′.
     near((place.latitude - geocentric).to_degrees() * 60.0, 11.545, 0.005, "difference in minutes");
 }
 
@@ -171,7 +171,7 @@ fn epochs_are_read_and_scales_converted() {
     near(Epoch::utc(2020, 7, 2, 0, 0, 0.0).unwrap().decimal_year(), 2020.5, 1e-12, "half a year");
     assert_eq!(Epoch::utc(2012, 12, 31, 0, 0, 1.5).unwrap().utc_day_and_second(), (366, 1.5));
     assert_eq!(e.to_string(), "2007-04-05T12:00:00 UTC");
-    // Across a leap second: 2016-12-31 23:59:60.
+    // The interval contains the leap second 2016-12-31 23:59:60.
     let (a, b) = (Epoch::parse("2016-12-31 23:59:59 UTC"), Epoch::parse("2017-01-01 00:00:00 UTC"));
     near(b.unwrap().since(&a.unwrap()), 2.0, 1e-9, "the leap second counts");
 }
@@ -243,7 +243,8 @@ fn the_earth_of_sofas_example() {
         near(earth_rotation_angle(u1, u2), n("era_rad"), 2e-15, "ERA");
         near(sofars::erst::gmst06(u1, u2, t1, t2), n("gmst06_rad"), 2e-15, "GMST06");
         near(sofars::erst::gst06a(u1, u2, t1, t2), n("gast06a_rad"), 2e-15, "GAST06A");
-        // GCRS to the intermediate system: ours without the Earth's rotation and s'.
+        // Compare the rotation from GCRS to the intermediate system, which is Linkwork's rotation
+        // without the Earth's rotation and s'.
         let s1 = n("sprime_rad");
         let own = Earth::new(&epoch, bare, 0.0).unwrap().at(0.0).R_IP;
         let back = Quat::from_scaled_axis(Vec3::z() * -(earth_rotation_angle(u1, u2) + s1));
@@ -355,7 +356,7 @@ fn tables_of_the_earths_orientation_are_read() {
         (first.to_string(), last.since(&first)),
         ("2008-12-28T00:00:00 UTC".into(), 6.0 * 86400.0 + 1.0)
     );
-    // Uses bulletin B where available.
+    // The table uses Bulletin B where it is available.
     let p = table.at(&Epoch::utc(2009, 1, 1, 0, 0, 0.0).unwrap());
     near(p.dut1, 0.407158, 1e-12, "UT1 − UTC after the leap second");
     near(p.pole[0] / ARCSEC, -0.01702, 1e-12, "x");
@@ -366,13 +367,13 @@ fn tables_of_the_earths_orientation_are_read() {
     near(p.excess_of_day, 1.08e-3, 0.1e-3, "excess of the day");
     let p = table.at(&Epoch::utc(2008, 12, 31, 23, 59, 59.0).unwrap());
     near(p.dut1, -0.59284, 5e-6, "UT1 − UTC before the leap second");
-    // Bulletin A is used if there is no bulletin B.
+    // Bulletin A is used where bulletin B lacks values.
     let a: String = FINALS.lines().map(|l| format!("{}\n", l[..134].trim_end())).collect();
     let p =
         EarthOrientation::read("a", &a).unwrap().at(&Epoch::utc(2009, 1, 1, 0, 0, 0.0).unwrap());
     near(p.dut1, 0.4071598, 1e-12, "bulletin A");
     near(p.celestial_pole_offsets[1] / ARCSEC, -0.199e-3, 1e-15, "dY of bulletin A");
-    // A prediction without dX and dY keeps the last ones; days without numbers end the table.
+    // A prediction without dX and dY keeps the last values; the table ends at days without numbers.
     let blank = format!("{}\n", &FINALS.lines().last().unwrap()[..95])
         .replace("9 1 3 54834", "9 1 4 54835");
     let open = format!("{FINALS}{blank} 9 1 5 54836.00\n 9 1 6 54837.00\n");
@@ -413,12 +414,14 @@ fn the_earth_follows_its_table() {
         let by_omega = spin.omega_I.cross_matrix() * matrix(&spin.R_IP);
         let w = spin.omega_I.norm();
         near33(&rate, &by_omega, w * w * w * h * h / 5.0 + 3e-17, "Ṙ = ω × R");
-        // The planet's own pole is a third of an arc second from the axis, so the pole's daily motion in the Earth is visible here, 1e-13 rad/s.
+        // The planet's own pole is a third of an arc second from the rotation axis, so the daily motion of the axis in
+        // the Earth is visible here (1e-13 rad/s).
         let pole = |t: f64| earth.at(t).R_IP * Vec3::z();
         let rate = (pole(t + h) - pole(t - h)) / (2.0 * h);
         near3(&spin.omega_I.cross(&pole(t)), &rate, 2e-15, "ṗ = ω × p");
     }
-    // A single set of numbers deviates by the change of UT1 and the pole in the meantime: 3 ms are 1.4 m.
+    // Parameters of the first day deviate by the change of UT1 and of the pole in the meantime: 3 ms are
+    // 1.4 m.
     let still = Earth::new(&epoch, table.at(&epoch), 4.0 * 86400.0).unwrap();
     let off = earth.at(345600.0).R_IP.angle_to(&still.at(345600.0).R_IP) * 6.378e6;
     assert!((0.05..3.0).contains(&off), "{off} m");
@@ -474,7 +477,7 @@ fn angular_velocity_is_the_rate_of_the_rotation() {
                 (matrix(&rotation.at(t + h).R_IP) - matrix(&rotation.at(t - h).R_IP)) / (2.0 * h);
             let spin = rotation.at(t);
             let by_omega = spin.omega_I.cross_matrix() * matrix(&spin.R_IP);
-            // Third derivative: ω³ h²/6 = 2e-11 for the Earth.
+            // The error of the difference is the third derivative: ω³ h²/6 = 2e-11 for the Earth.
             let w = spin.omega_I.norm();
             near33(&rate, &by_omega, w * w * w * h * h / 5.0 + 3e-17, "Ṙ = ω × R");
             near3(
@@ -485,7 +488,8 @@ fn angular_velocity_is_the_rate_of_the_rotation() {
             );
         }
     }
-    // The pole's own motion, precession and nutation, is some 1e-12 rad/s: checked separately, over hours.
+    // The pole's own motion by precession and nutation is some 1e-12 rad/s, so it is checked separately
+    // over hours.
     let pole = |t: f64| kinds[3].at(t).R_IP * Vec3::z();
     for t in [7e3, 4e4] {
         let omega = kinds[3].at(t).omega_I;
@@ -500,7 +504,8 @@ fn the_earth_turns_once_in_a_sidereal_day() {
     let epoch = Epoch::j2000();
     let p = EarthParameters::default();
     let earth = Earth::new(&epoch, p, 1e5).unwrap();
-    // 7.292115e-5 rad/s to its digits; with a longer day it is slower.
+    // ω agrees with 7.292115e-5 rad/s to all its digits. With a longer day the Earth rotates more
+    // slowly.
     near(earth.at(0.0).omega_I.norm(), 7.292115e-5, 5e-12, "ω");
     let long = EarthParameters { excess_of_day: 0.003, ..p };
     let slow = Earth::new(&epoch, long, 1e5).unwrap().at(0.0).omega_I.norm();
@@ -513,8 +518,9 @@ fn mars_and_the_moon_of_the_iau() {
     let d = 4601.2211458333;
     let R = matrix(&IauRotation::mars((d, 0.0)).at(0.0).R_IP.inverse());
     let row = Vec3::new(-0.7706060457790, 0.2786166465923, 0.5731832921942);
-    // For 1.6e6 degrees the last binary digit is 4e-12 rad. Forty digits give (−0.77060604577956, 0.27861664659130, 0.57318329219388): the error of
-    // the golden row is 1.1e-12, ours 2.6e-12.
+    // For an angle of 1.6e6 degrees, the last binary digit is 4e-12 rad. A computation with forty digits gives
+    // (−0.77060604577956, 0.27861664659130, 0.57318329219388). The golden row has an error of 1.1e-12, and Linkwork's
+    // row has 2.6e-12.
     near3(&R.row(0).transpose(), &row, 4e-12, "Mars, row 1");
     let exact = Vec3::new(-0.77060604577956, 0.2786166465912998, 0.5731832921938752);
     near3(&R.row(0).transpose(), &exact, 3e-12, "Mars, row 1, exact");
@@ -527,10 +533,12 @@ fn mars_and_the_moon_of_the_iau() {
             (IauRotation::mars((d, 0.0)).at(0.0), "icrf_to_iau_mars"),
             (IauRotation::moon((d, 0.0)).at(0.0), "icrf_to_iau_moon"),
         ] {
-            // Multiples of 350° in degrees: 3e-12 of round-off on both sides.
+            // The angles are many revolutions in degrees, which causes a round-off of 3e-12 on both
+            // sides.
             near33(&matrix(&spin.R_IP.inverse()), &mat3(&case[key]), 8e-12, key);
         }
-        // The day is equal, with an epoch two thousand days earlier plus time.
+        // The result must be equal with an epoch that is two thousand days earlier, and a later
+        // time.
         for (a, b) in [
             (
                 IauRotation::moon((d, 0.0)).at(0.0),

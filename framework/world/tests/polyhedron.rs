@@ -71,7 +71,7 @@ fn acceleration_and_gradient_are_slopes_and_laplace_holds() {
     let Some(body) = asteroid() else { return };
     let mut random = Random(4);
     for k in 0..20 {
-        // Inside and outside.
+        // Test points inside and outside.
         let p = random.on_sphere(if k % 2 == 0 { 400.0 } else { 60.0 });
         let g = body.gravity(&p);
         let a = gradient(|p| body.gravity(p).potential, &p, 0.5);
@@ -118,7 +118,8 @@ fn far_away_moments_take_the_place_of_the_closed_form() {
         let (a, H) = (far.acceleration.norm(), far.gradient.norm());
         assert!(change.norm() < 2e-9 * a, "{:e}", change.norm() / a);
         near33(&far.gradient, &near_by.gradient, 1e-7 * H, "∂a/∂x");
-        // Closer, both are accurate to (size/distance)⁴; a point would be 1e-4 off.
+        // At a smaller distance, both are accurate to (size/distance)⁴. A point mass would have an
+        // error of 1e-4.
         let p = at(200.0);
         let g = body.gravity(&p);
         let slopes = gradient(|p| body.gravity(p).potential, &p, 1.0);

@@ -38,7 +38,7 @@ fn orekit_for_a_day() {
     let start = state(&rows[0][1..4], &rows[0][4..7]);
     let mut worst: f64 = 0.0;
     for row in &rows {
-        // EGM96's μ, with which the scenario was run.
+        // The scenario was computed with the μ of EGM96.
         let out = propagate(3.986004415e14, &start, row[0]).unwrap();
         let error = (out.position - Vec3::from_column_slice(&row[1..4])).norm();
         assert!(error.is_finite());
@@ -71,7 +71,8 @@ fn every_conic_keeps_what_two_bodies_keep() {
             (v.norm_squared() / 2.0 - MU / r.norm(), h, v.cross(&h) / MU - r / r.norm())
         };
         let ((E0, h0, e0), (E1, h1, e1)) = (keeps(&start), keeps(&out));
-        // The far end of a narrow ellipse or a fast hyperbola amplifies round-off: measured 1e-10.
+        // At the far end of a narrow ellipse or a fast hyperbola, round-off is amplified. Measured:
+        // 1e-10.
         near(E1, E0, 1e-9 * MU / r.norm(), &format!("energy, {k}"));
         near3(&h1, &h0, 1e-9 * h0.norm(), &format!("angular momentum, {k}"));
         near3(&e1, &e0, 1e-9, &format!("Runge's vector, {k}"));
@@ -133,7 +134,8 @@ fn elements_and_back() {
             near(same(found.anomaly, anomaly), 0.0, 1e-12, "ν");
         }
     }
-    // Vallado's example 2-5: r (6524.834, 6862.875, 6448.296) km, v (4.901327, 5.533756, −1.976341) km/s:
+    // Example 2-5 of Vallado: r (6524.834, 6862.875, 6448.296) km, v (4.901327, 5.533756, −1.976341)
+    // km/s:
     // p 11067.790 km, e 0.832853, i 87.870°, Ω 227.898°, ω 53.38°, ν 92.335°.
     let s = state(&[6524834.0, 6862875.0, 6448296.0], &[4901.327, 5533.756, -1976.341]);
     let e = Elements::of(3.986004418e14, &s).unwrap();
@@ -188,7 +190,7 @@ fn clohessy_wiltshire_gives_the_golden_numbers() {
         near3(&out.position, &Vec3::from_column_slice(&row[1..4]), 1e-11, "position");
         near3(&out.velocity, &Vec3::from_column_slice(&row[4..7]), 1e-14, "velocity");
     }
-    // The equations: Ẋ of the closed form.
+    // Check the equations of motion: compare Ẋ of the closed form with finite differences.
     let (t, h) = (700.0, 0.5);
     let rate = (cw.after(&start, t + h).velocity - cw.after(&start, t - h).velocity) / (2.0 * h);
     near3(&rate, &cw.acceleration(&cw.after(&start, t)), 1e-10, "equations");

@@ -486,7 +486,7 @@ fn no_ground_under_a_wheel() {
     put(&flat);
     // The map is in the folder of the simulation file, wherever the command is run.
     lab.run("machine", "flat", &[]).code(0);
-    // Rows run from north to south: y from 10 to -10.
+    // Rows run from north to south, so y decreases from 10 to -10.
     let mut hole = flat;
     for row in 13..16 {
         hole[row * 21..(row + 1) * 21].fill(-9999.0);

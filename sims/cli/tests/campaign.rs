@@ -84,7 +84,7 @@ fn threads_kills_and_stops_leave_no_trace() {
     lab.linkwork(&["campaign", "c.ron", "--out", "four", "--threads", "4"]).code(0);
     let wanted = tables(&lab, "one");
     assert_eq!(tables(&lab, "four"), wanted, "threads leave a trace");
-    // Killed repeatedly, at instants that approach the end of a run's line.
+    // The campaign is killed repeatedly, at instants that approach the end of a run's line.
     let journal = lab.path("killed/journal");
     let lines = || std::fs::read_to_string(&journal).unwrap_or_default().lines().count();
     let (least, mut kills) = (kills(2), 0);
@@ -185,7 +185,7 @@ fn ctrl_c_keeps_what_has_ended() {
     let said = said.code(130).tells(&["continue with: linkwork campaign c.ron --out out"]);
     let rows = column(&lab, "out", "run").len();
     assert!((3..5000).contains(&rows), "{rows}: {}", said.out);
-    // Two at once are rejected.
+    // A second campaign in the same folder is rejected.
     let mut first = lab.spawn(&["campaign", "c.ron", "--out", "out"]);
     std::thread::sleep(Duration::from_millis(400));
     lab.linkwork(&["campaign", "c.ron", "--out", "out"])
@@ -210,7 +210,7 @@ fn draws_have_the_distributions_and_correlations_that_the_file_says() {
         x.iter().zip(y).map(|(x, y)| (x - a) * (y - b)).sum::<f64>() / n
     };
     let correlation = |x: &[f64], y: &[f64]| moment(x, y) / (moment(x, x) * moment(y, y)).sqrt();
-    // Four standard errors.
+    // The bounds are four standard errors.
     assert!((mean(&mass) - 1.0).abs() < 4.0 * 0.05 / n.sqrt(), "{}", mean(&mass));
     assert!((moment(&mass, &mass).sqrt() / 0.05 - 1.0).abs() < 4.0 / (2.0 * n).sqrt());
     assert!(com.iter().all(|x| (-1.3..=-0.7).contains(x)));
@@ -223,7 +223,8 @@ fn draws_have_the_distributions_and_correlations_that_the_file_says() {
     let seeds: std::collections::BTreeSet<String> =
         column(&lab, "out", "seed").into_iter().collect();
     assert_eq!(seeds.len(), 800);
-    // Fewer runs are the first of more: draws do not depend on other runs.
+    // A campaign with fewer runs equals the first runs of a larger one: draws do not depend on
+    // other runs.
     lab.write("c.ron", &file.replace("runs: 800", "runs: 20"));
     lab.linkwork(&["campaign", "c.ron", "--out", "few"]).code(0);
     for title in ["draw:bob.mass [kg]", "state", "seed", "largest speed [rad/s]"] {
@@ -254,7 +255,7 @@ fn a_run_made_again_has_the_same_bits_and_a_log() {
     assert!(said.out.contains(&format!("the same last state as in the campaign: {state}")));
     assert!(names(&lab.path("out/run_17")).contains(&"run.mcap".into()));
     assert_eq!(lab.hash("out/run_17"), state);
-    // And by hand, with the values of the table.
+    // The run can also be repeated by hand, with the values of the table.
     let get = |title: &str| column(&lab, "out", title)[17].clone();
     let set = [
         "until=0.2 s".to_string(),
@@ -335,7 +336,7 @@ fn failures_are_listed_by_cause_and_leave_what_it_takes_to_look_at_them() {
     }
     let page = std::fs::read_to_string(lab.path("out/report.html")).unwrap();
     assert!(page.contains("Failures by cause"));
-    // Repeated, it fails at the same state.
+    // The repeated run fails at the same state.
     let run = failed[0].to_string();
     let said = lab.linkwork(&["campaign", "c.ron", "--out", "out", "--run", &run]).code(1);
     assert!(said.out.contains("the same last state as in the campaign"), "{said:?}");
@@ -382,7 +383,7 @@ fn a_run_that_never_ends_is_ended() {
     assert!(column_of_journal(&lab).iter().all(|(_, ended)| ended == "time_limit"));
     assert_eq!(numbers(&lab, "out", "time [s]"), [0.5; 3]);
     std::fs::remove_dir_all(lab.path("out")).unwrap();
-    // By wall time.
+    // The limit is the wall time.
     lab.write("c.ron", &file("limits: (time: \"1e7 s\", wall: \"200 ms\"),"));
     lab.linkwork(&["campaign", "c.ron", "--out", "out", "--threads", "3"]).code(1);
     assert!(column_of_journal(&lab).iter().all(|(_, ended)| ended == "wall_limit"));
@@ -412,13 +413,13 @@ fn what_has_changed_is_noticed() {
     assert_ne!(moved, FILE);
     lab.write("c.ron", &moved.replace("unknown friction", "another word"));
     lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(0);
-    // A journal with one wrong byte.
+    // The journal gets one wrong byte.
     let path = lab.path("out/journal");
     let mut bytes = std::fs::read(&path).unwrap();
     let middle = bytes.len() / 2;
     bytes[middle] ^= 4;
     std::fs::write(&path, bytes).unwrap();
-    // Only the run of that line is lost, and repeated.
+    // Only the run of that line is lost, and it is repeated.
     let again = lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(0);
     let again = again.tells(&["the checksum is wrong", "this run is repeated"]);
     assert!(again.out.contains("59 runs have ended already"), "{}", again.out);
@@ -538,7 +539,7 @@ fn what_runs_keep_is_what_their_logs_say() {
     assert_eq!((cells[5], cells[8]), ((ends[29] + ends[30]) / 2.0, ends[59]));
     let page = std::fs::read_to_string(lab.path("out/report.html")).unwrap();
     assert!(page.contains("Over time") && page.contains("bob.angle [rad]"));
-    // Drawn numbers are plotted against metrics and against each other, in their units.
+    // Drawn numbers are plotted against metrics and against each other, with their units.
     assert!(page.contains("largest speed against bob.mass") && page.contains("bob.mass [kg]"));
     assert!(page.contains("Gain.k against bob.com[2]") && !page.contains("class=\"ring\""));
 }

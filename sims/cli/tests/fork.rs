@@ -100,7 +100,8 @@ fn what_would_be_lost_is_refused_unless_it_is_allowed() {
         let was = series(&lab, "whole", "bob.angle");
         Series { t: was.t[51..].to_vec(), y: was.y[51..].to_vec(), ..was }
     });
-    // A part of another kind at the same path, and a body with another name.
+    // The simulation has a part of another kind at the same path, and then a body with another
+    // name.
     let other = (
         "\"Lag\": (model: \"basics.lag\", params: { \"time_constant\": \"1 s\" })",
         "\"Lag\": (model: \"basics.gain\", params: { \"k\": 1 })",

@@ -95,7 +95,7 @@ fn hazards_and_the_way_are_seen() {
             OverlayValues::Change(values) => panic!("{values:?}"),
         })
         .collect();
-    // Hazards, good ground, and unseen ground.
+    // The picture contains hazards, good ground, and unseen ground.
     let has = |r: u8, g: u8| colors.iter().any(|c| c[0].abs_diff(r) < 12 && c[1].abs_diff(g) < 12);
     assert!(has(235, 55) && has(80, 225) && colors.contains(&[0; 4]), "{colors:?}");
 }

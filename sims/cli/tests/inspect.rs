@@ -217,8 +217,8 @@ fn every_assembly_is_right() {
                 _ => &[],
             };
             let said = lab.linkwork(&[&["check", &path.display().to_string()], set].concat());
-            // Assemblies that `linkwork new rover` mounts on existing bodies: sims/cli/tests/make.rs checks them completely. The solar panel is
-            // attached to a body and requires a sun.
+            // The command `linkwork new rover` mounts these assemblies on existing bodies: sims/cli/tests/make.rs
+            // checks them completely. The solar panel is attached to a body and requires a sun.
             let mounted = ["wheel_drive", "wheel_idle", "steering_drive", "power_solar"];
             if mounted.iter().any(|m| path.file_stem().unwrap() == *m) {
                 said.code(2).tells(&["error: ", "help: "]);
@@ -232,7 +232,7 @@ fn every_assembly_is_right() {
             .iter()
             .any(|m| path.file_stem().unwrap() == *m)
             {
-                // A wheel requires ground, and ruts as well; the motor of a wheel requires a supply.
+                // A wheel requires ground, and so do ruts; the motor of a wheel requires a supply.
                 let said = said.code(2).tells(&["`: needs a terrain service", "help: "]);
                 let driven = said.err.contains("supply` is not connected");
                 assert_eq!(driven, path.to_string_lossy().contains("wheel_"), "{}", said.err);
@@ -243,11 +243,11 @@ fn every_assembly_is_right() {
                     said.err
                 );
             } else if path.to_string_lossy().contains("parts/steering_") {
-                // Its servo requires a supply.
+                // The servo of a steering unit requires a supply.
                 let said = said.code(2).tells(&["Servo.supply` is not connected", "help: "]);
                 assert_eq!(said.err.matches("error: ").count(), 1, "{}", said.err);
             } else if path.ends_with("parts/power_outside.ron") {
-                // A larger power system supplies it.
+                // This power system requires the supply of a larger one.
                 let said = said.code(2).tells(&["Converter.input` is not connected", "help: "]);
                 assert_eq!(said.err.matches("error: ").count(), 1, "{}", said.err);
             } else if path.ends_with("parts/navigation_autonav.ron") {
@@ -256,17 +256,19 @@ fn every_assembly_is_right() {
                     said.code(2).tells(&["the world has neither nodes nor hinges", "help: "]);
                 assert_eq!(said.err.matches("error: ").count(), 1, "{}", said.err);
             } else if path.to_string_lossy().contains("parts/localisation_") {
-                // It connects parts of the rover that carries it.
+                // The assembly connects parts of the rover that it is mounted on.
                 said.code(2).tells(&["there is no part `Hardware` here", "help: "]);
             } else if path.ends_with("parts/navigation_plan.ron") {
-                // It connects to the locomotion software of the rover that carries it.
+                // The assembly connects to the locomotion software of the rover that it is mounted
+                // on.
                 said.code(2).tells(&["there is no part `LocomotionSoftware` here", "help: "]);
             } else if let Some(inputs) =
                 [("navigation_waypoints", 3), ("locomotion", 1), ("suspension_arm", 2)]
                     .into_iter()
                     .find(|(kind, _)| path.ends_with(format!("parts/{kind}.ron")))
             {
-                // Alone, it lacks inputs for its pose, the wheel speeds and the desired angle.
+                // The assembly alone lacks inputs for its pose, the wheel speeds or the desired
+                // angle.
                 let said = said.code(2).tells(&["is not wired", "help: "]);
                 assert_eq!(said.err.matches("error: ").count(), inputs.1, "{}", said.err);
             } else if ["parts/differential_", "parts/torque_joint"]
@@ -295,7 +297,7 @@ fn an_assembly_without_its_parameters_says_which() {
         "required parameter `velocity` is missing",
         "use `--set 'Capsule.velocity=..'`, or use it as a part of a simulation",
     ]);
-    // Consequences of missing input are not separate mistakes.
+    // The consequences of a missing input are not reported as further mistakes.
     let wheel = root().join("assemblies/parts/wheel_drive.ron").display().to_string();
     let said = lab.linkwork(&["check", &wheel]).code(2);
     let said = said.tells(&["required parameter `rate` is missing", "--set 'WheelDrive.rate=..'"]);

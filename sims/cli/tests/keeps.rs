@@ -29,7 +29,7 @@ fn contact_forces_of_two_bodies_are_two_columns_of_a_log() {
         let force = log[&format!("{body}.contact_force.z")].y.last().unwrap();
         assert!((force - weight).abs() < 1e-3 * weight, "{body}: {force}");
     }
-    // Exactly the names of `linkwork list`.
+    // The columns have exactly the names of `linkwork list`.
     let listed = lab.linkwork(&["list", "balls.ron"]).code(0).out;
     for name in log.keys() {
         assert!(listed.contains(name.as_str()), "{name} is not in\n{listed}");
@@ -172,7 +172,7 @@ fn checkpoints_that_no_run_writes_are_rejected() {
         let said = lab.resume("forged.lwck", "forged", &[]).code(2);
         said.tells(&[wanted, "what no run writes", "help: "]);
     }
-    // A tick at which a double cannot represent the length of a row.
+    // At this tick a double cannot represent the length of a row.
     forged(&lab, |c| {
         c.tick = 1 << 62;
         c.time = c.tick as f64 / 1000.0;

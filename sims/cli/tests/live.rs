@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 /// Starts a run with a server; returns the process and its ticket.
 fn served(lab: &Lab, out: &str, more: &[&str]) -> (Child, Ticket) {
-    // A row at every step, and a metric that counts the steps.
+    // The log has a row at every step, and a metric covers every step.
     let mean = "unit: \"rad/s\"), \"mean speed\": (of: \"bob.rate\", take: \"mean\") }";
     let edits = [("rate: \"100 Hz\"", "rate: \"1 kHz\""), ("unit: \"rad/s\") }", mean)];
     lab.write("sim.ron", &edited(&edits));
@@ -132,14 +132,15 @@ fn what_is_set_is_in_the_log_and_is_simulated_again() {
     let sets: Vec<(&str, f64)> = log.sets.iter().map(|s| (&*s.path, s.value)).collect();
     assert_eq!(sets.len(), 4, "{sets:?}");
     assert_eq!(sets[1..], [("bob.rate", 0.1 + 0.2), ("bob.rate", 1.0 / 3.0), ("bob.rate", -2.0)]);
-    // The row of the last set's tick has its value.
+    // The row at the tick of the last set has the set value.
     let rate = &log.series["bob.rate"];
     let t = log.sets[3].ns as f64 * 1e-9;
     let k = rate.t.iter().position(|s| (s - t).abs() < 1e-9).unwrap();
     assert_eq!(rate.y[k], -2.0);
     let said = lab.linkwork(&["replay", "out/run.mcap", "--verify"]).code(0);
     assert!(said.out.starts_with("verified: "), "{}", said.out);
-    // The checkpoint between the sets continues, and its log is verified without the earlier sets.
+    // The checkpoint between the sets continues, and the log of the continuation is verified
+    // without the earlier sets.
     let until = format!("{}s", after + 0.2);
     lab.linkwork(&["resume", &file, "--out", "rest", "--until", &until]).code(0);
     lab.linkwork(&["replay", "rest/run.mcap", "--verify"]).code(0);
@@ -152,7 +153,7 @@ fn a_checkpoint_that_is_asked_for_takes_no_tick_of_the_metrics_away() {
     let (child, ticket) = served(&lab, "out", &["--realtime", "--until", "1000s"]);
     let mut client = Client::connect(&ticket).unwrap();
     let paused = time(client.ask(RequestKind::Pause));
-    // Only at this tick, it is so fast.
+    // The rate is this high only at this tick.
     set(&mut client, "bob.angle", Amount::Number(0.0)).unwrap();
     set(&mut client, "bob.rate", Amount::Number(50.0)).unwrap();
     let ReplyKind::Checkpoint { file } = client.ask(RequestKind::Checkpoint).unwrap() else {
@@ -177,8 +178,8 @@ fn a_checkpoint_that_is_asked_for_takes_no_tick_of_the_metrics_away() {
         let metrics = &lab.summary(out)["metrics"];
         assert_eq!(metrics["largest speed"][0].as_f64(), Some(50.0), "{out}: {metrics}");
     }
-    // Each instant counts once: the means of the run and its continuation equal the means of rows at intervals of 1 ms. Until the instant at which it
-    // was set, the variable keeps its previous value.
+    // Each instant counts once: the means of the run and its continuation equal the means of rows at intervals of 1 ms.
+    // Until the instant of the set, the variable keeps its previous value.
     let ramps = |y: &[f64]| y.windows(2).map(|y| 0.5e-3 * (y[0] + y[1])).sum::<f64>();
     let before = log("out").series["bob.rate"].clone();
     let until = |t: f64| before.t.iter().take_while(|s| **s < t - 1e-9).count();
@@ -188,8 +189,8 @@ fn a_checkpoint_that_is_asked_for_takes_no_tick_of_the_metrics_away() {
         let all = ramps(&rows[..set]) + 1e-3 * rows[set - 1] + ramps(&rows[set..]);
         let wanted = all / (1e-3 * (rows.len() - 1) as f64);
         let told = lab.summary(out)["metrics"]["mean speed"][0].as_f64().unwrap();
-        // Tolerance of the reference: it keeps the rate constant in the last step before the set, where it changes by some thousandths, and
-        // integrates the 1 ms rows by trapezoids.
+        // The tolerance is due to the reference: it keeps the rate constant in the last step before the set, where it
+        // changes by some thousandths, and integrates the 1 ms rows by trapezoids.
         assert!((told - wanted).abs() < 1e-4 * wanted.abs(), "{out}: {told} against {wanted}");
     }
 }
@@ -320,21 +321,21 @@ fn bad_clients_neither_stop_nor_change_the_run() {
         let ticket = Ticket { token, ..ticket.clone() };
         refused(Client::connect(&ticket).map(|_| ()), "token");
     }
-    // No token: the first message is not hello.
+    // The client sends no token: its first message is not hello.
     let mut socket = connect();
     let text = br#"{"id":1,"ask":"quit"}"#;
     socket.write_all(&[&(text.len() as u32).to_le_bytes()[..], text].concat()).unwrap();
     let mut answer = String::new();
     socket.read_to_string(&mut answer).unwrap_or(0);
     assert!(answer.contains("not hello"), "{answer:?}");
-    // Garbage before hello, and after.
+    // Invalid bytes arrive before hello, and after it.
     connect().write_all(&[0xff; 4096]).unwrap();
     connect().write_all(b"GET / HTTP/1.1\r\nHost: x\r\n\r\n").unwrap();
-    // A client that sends nothing, and one that announces a long message and sends little.
+    // One client sends nothing, and one announces a long message and sends little.
     let _silent = connect();
     let mut slow = connect();
     slow.write_all(&[0xff, 0, 0, 0, b'{']).unwrap();
-    // A client that sends requests and never reads, and one that floods.
+    // One client sends requests and never reads, and one floods the server.
     let mut deaf = Client::connect(&ticket).unwrap();
     let all = || RequestKind::List { patterns: vec!["**".into()] };
     deaf.send(RequestKind::Watch { paths: vec!["bob.angle".into(); 2000], rate: 1000.0 }).unwrap();
@@ -343,14 +344,14 @@ fn bad_clients_neither_stop_nor_change_the_run() {
         move || {
             let mut client = Client::connect(&ticket).unwrap();
             let mut sent = 0;
-            // The server closes it at some time, because it does not read.
+            // The server closes the connection after some time, because the client does not read.
             while sent < 100_000 && client.send(all()).is_ok() {
                 sent += 1;
             }
             sent
         }
     });
-    // A good client at the same time.
+    // A correct client works at the same time.
     let mut good = Client::connect(&ticket).unwrap();
     for _ in 0..10 {
         good.ask(RequestKind::Get { paths: vec!["bob.angle".into()] }).unwrap();

@@ -75,14 +75,14 @@ fn windows_have_exactly_the_rows_of_the_full_log() {
     let all = run(&lab, "all", &ball(ALL), &[]);
     let near = run(&lab, "near", &ball(NEAR), &[]);
     let events = events(&all);
-    // It passes 1 cm after √(2 · 0.99 / g), for the first time.
+    // The ball passes 1 cm for the first time after √(2 · 0.99 / g).
     let first = (2.0_f64 * 0.99 / 9.80665).sqrt();
     assert_eq!(events[0], (first * 1e3).ceil() as i64);
     assert!(events.len() > 2, "{events:?}");
     let inside = |k: usize, _: f64| events.iter().any(|e| (-20..=30).contains(&(k as i64 - e)));
     same(&near, &picked(&all, inside), "near");
     assert!(near["Ball.height"].t.len() < all["Ball.height"].t.len() / 4);
-    // At another rate: the rows at this rate, also around events between them.
+    // At another rate the windows have the rows of this rate, also around events between two rows.
     let slow = NEAR.replace("around", "rate: \"7 ms\", around");
     let slow = run(&lab, "slow", &ball(&slow), &[]);
     let inside = |k: usize, t: f64| k.is_multiple_of(7) && inside(k, t);
@@ -125,7 +125,8 @@ fn on_change_a_row_is_written_when_a_value_is_not_that_of_the_last() {
     same(&few, &expected, "few");
     assert_eq!(few["Ball.impacts"].y[..3], [0.0, 1.0, 2.0]);
     verified(&lab, "few");
-    // A window with `on_change`: its first row is written when it differs from the last row of the window before.
+    // The first row of a window with `on_change` is written when it differs from the last row of the window
+    // before.
     let both = r#"[(channels: ["Ball.impacts"], on_change: true, around: (when: "Ball.height < 1 cm", before: "20 ms", after: "30 ms"))]"#;
     let both = run(&lab, "both", &ball(both), &[]);
     assert_eq!(both["Ball.impacts"].y[..3], [0.0, 1.0, 2.0]);
@@ -162,7 +163,8 @@ fn a_run_that_is_cut_has_the_rows_of_a_straight_one() {
             let mut rows: Vec<(f64, f64)> = one.t.drain(..).zip(one.y.drain(..)).collect();
             rows.extend(s.t.iter().copied().zip(s.y.iter().copied()));
             rows.sort_by(|a, b| a.0.total_cmp(&b.0));
-            // One rule of the first log writes a row that another rule of the second log writes.
+            // At the cut both logs have a row at the same instant, each by another rule: one copy
+            // is removed.
             rows.dedup_by(|b, a| a.0 == b.0 && a.1.to_bits() == b.1.to_bits());
             (one.t, one.y) = rows.into_iter().unzip();
         }
@@ -176,7 +178,7 @@ fn a_run_that_is_cut_has_the_rows_of_a_straight_one() {
 #[test]
 fn a_log_that_is_cut_off_is_read_and_verified() {
     let lab = Lab::new();
-    // Enough numbers for several chunks of a log.
+    // The log has enough numbers for several chunks.
     let text = common::BASE.replace("until: \"1 s\"", "until: \"60 s\"").replace(
         "rate: \"100 Hz\"",
         "around: (when: \"bob.angle > 0 rad\", before: \"0.2 s\", after: \"0.3 s\")",
@@ -203,7 +205,8 @@ fn a_log_that_is_cut_off_is_read_and_verified() {
 #[test]
 fn rows_written_late_stand_in_their_place_in_a_table_and_a_recording() {
     let lab = Lab::new();
-    // A row every 10 ms, and every millisecond around events: some instants appear twice.
+    // The log has a row every 10 ms, and every millisecond around events: some instants appear
+    // twice.
     let rules =
         format!("[(channels: [\"Ball.**\"], rate: \"10 ms\"), {}]", &NEAR[1..NEAR.len() - 1]);
     let rows = run(&lab, "both", &ball(&rules), &[]);

@@ -51,7 +51,7 @@ fn a_new_library_is_a_whole_workspace() {
         signs.into_iter().all(|l| l.starts_with('"') && l.matches('@').count() == 1),
         "{manifest}"
     );
-    // The Python files of the package are exactly Linkwork's.
+    // The Python files of the package are exactly Linkwork's files.
     let theirs = root().join("sims/python/python/linkwork");
     let own = folder.join("python/windmill");
     let sources = names(&theirs)
@@ -282,7 +282,7 @@ fn what_is_no_rover_is_refused() {
     lab.write("bad.urdf", "<robot name=");
     let told = lab.linkwork(&["new", "rover", "bad", "--from", "bad.urdf"]).code(2).err;
     assert!(told.contains("`bad.urdf` is rejected"), "{told}");
-    // Two wheels, like TIAGo, in addition to its casters.
+    // The robot has two wheels and casters, like TIAGo.
     let link = |name: &str, shape: &str| {
         format!(
             r#"<link name="{name}"><inertial><mass value="5"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>{shape}</link>"#
@@ -305,7 +305,7 @@ fn what_is_no_rover_is_refused() {
         told.contains("2 wheels") && told.contains("caster") && !told.contains("couple the joints"),
         "{told}"
     );
-    // Only one remedy, that for the position.
+    // The message has only one remedy, for the position.
     lab.write("welded.urdf", r#"<robot name="welded"><link name="world"/></robot>"#);
     let told = lab.linkwork(&["new", "rover", "welded", "--from", "welded.urdf"]).code(2).err;
     assert!(told.contains("remove the link `world`"), "{told}");

@@ -16,7 +16,7 @@ fn what_a_run_wrote_is_verified_and_so_is_what_a_resumed_run_wrote() {
         let said = lab.linkwork(&["replay", &log, "--verify"]).code(0);
         assert!(said.out.starts_with("verified: "), "{}", said.out);
         assert!(said.out.contains("until 4 s, bit by bit"), "{}", said.out);
-        // A log that begins at 2 s.
+        // The resumed log begins at 2 s.
         let checkpoint = format!("{sim}/{}", saved(&lab, sim));
         lab.resume(&checkpoint, "again", &["--until", "4s"]).code(0);
         lab.linkwork(&["replay", "again/run.mcap", "--verify"]).code(0);

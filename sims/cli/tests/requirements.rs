@@ -17,7 +17,7 @@ fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
     let angles = numbers(&lab, "plain", "early [rad]");
     let mut sorted = angles.clone();
     sorted.sort_by(f64::total_cmp);
-    // Five are below, seven above; the upper bound is in another unit.
+    // The bounds leave five runs below and seven above; the upper bound has another unit.
     let (least, most) = (0.5 * (sorted[4] + sorted[5]), 0.5 * (sorted[22] + sorted[23]));
     let require = format!(
         r#"require: {{
@@ -54,7 +54,7 @@ fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
         bound(4, most);
         assert_eq!((row[5], row[6], row[7]), (&*n.to_string(), &*share(n), "0"));
     }
-    // A missing event is a separate cause, for 18 runs the only one.
+    // A missing event is a separate cause, and the only one of 18 runs.
     let never = "a required metric does not have a value: its variable never existed in this run or its condition never held";
     assert_eq!(rows[3], [never, "", "", "NaN", "NaN", "30", "1.0", "18"], "{table}");
     for (k, missed) in column(&lab, "out", "missed").iter().enumerate() {
@@ -126,7 +126,8 @@ fn runs_of_a_footprint_that_is_too_wide_miss_by_causes_with_names() {
     first_runs(&lab, "mars_edl", "footprint.ron", 8);
     let narrow = lab.linkwork(&["campaign", "footprint.ron", "--out", "narrow"]).code(0);
     println!("{}", narrow.out);
-    // Runs of a Latin hypercube are not independent: the share has no confidence interval.
+    // The runs of a Latin hypercube are not independent, so the share does not get a confidence
+    // interval.
     assert!(narrow.out.contains("8 of 8 satisfied all requirements: 100.0 %\n"));
     let text = std::fs::read_to_string(lab.path("footprint.ron")).unwrap();
     let wide = text

@@ -144,11 +144,12 @@ fn two_wheels_and_a_fixed_caster_rest_and_drive() {
         let unused = rover.checked.contains("that are not used:");
         assert!(unused && rover.checked.matches("warning: ").count() == 1, "{}", rover.checked);
         let (mass, com) = (0.8877, -0.019_059);
-        // Pitched by the gap and by unequal penetration; the centre of mass is 0.034 m above the axle.
+        // The rover is pitched by the gap and by unequal penetration; the centre of mass is 0.034 m
+        // above the axle.
         let pitch = rover.get("Rover.Pose.pitch");
         let com = com + 0.034 * pitch;
         rover.carries([["Wheel1", "Wheel2"], ["Idle1", ""]], [0.0, -0.081], mass, com);
-        // The contact is as stiff as the third of the weight over 0.5 % of the wheel's radius.
+        // The stiffness of the contact is a third of the weight over 0.5 % of the wheel's radius.
         let stiffness = mass * G / 3.0 / (0.005 * 0.033);
         let sunk = rover.load("Wheel1") / stiffness;
         let z = rover.get("Rover/base_footprint.position.z");

@@ -22,14 +22,14 @@ fn a_resumed_rover_is_the_same_rover() {
     // The run continues in another folder without the simulation's folder: the checkpoint contains everything that it needs.
     far.resume("at10.lwck", "rest", &["--until", "20s", "--checkpoint-every", "5s"]).code(0);
     assert_eq!(far.hash("rest"), whole);
-    // A resumed run of a resumed run.
+    // A resumed run can be resumed again.
     far.resume("rest/checkpoint_15.lwck", "again", &["--until", "20s"]).code(0);
     assert_eq!(far.hash("again"), whole);
     // The metrics continue: every sample counts once.
     let metrics = |l: &Lab, out: &str| l.summary(out)["metrics"].clone();
     assert_eq!(metrics(&lab, "whole"), metrics(&far, "rest"));
     assert_eq!(metrics(&lab, "whole"), metrics(&far, "again"));
-    // So does the log.
+    // The log continues as well.
     let (a, b) = (
         read_log(&lab.path("whole/run.mcap")).unwrap(),
         read_log(&far.path("rest/run.mcap")).unwrap(),
@@ -164,7 +164,7 @@ fn differences_are_named() {
     log(&["--tol", "Gian.*=1"]).code(2).tells(&["`Gian.*` matches nothing", "help: "]);
     log(&["--tol", "Gain.y=much"]).code(2).tells(&["is not a tolerance", "PATTERN=1e-6"]);
     log(&["--abs", "-1"]).code(2).tells(&["--abs is -1"]);
-    // Another rate: unequal, unless only common rows are compared.
+    // The log with another rate is unequal, unless only common rows are compared.
     lab.write("slow.ron", &BASE.replace("rate: \"100 Hz\"", "rate: \"40 Hz\""));
     lab.run("slow.ron", "slow", &["--until", "1.5s"]).code(0);
     let slow =
@@ -212,7 +212,7 @@ fn a_resumed_run_keeps_the_log_of_what_came_before() {
 #[test]
 fn the_program_takes_no_mathematical_function_of_the_c_library() {
     let program = std::path::Path::new(env!("CARGO_BIN_EXE_linkwork"));
-    // Also the library of exported units.
+    // The library of exported units is checked as well.
     let unit = program.with_file_name("liblinkwork_unit.so");
     let names = [
         "sin", "cos", "sincos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh",

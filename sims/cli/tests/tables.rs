@@ -11,7 +11,7 @@ fn a_log_becomes_a_table_or_says_why_not() {
     assert!(said.contains("run.parquet: ") && said.contains(" rows of "), "{said}");
     let table = std::fs::read(lab.path("run.parquet")).unwrap();
     assert!(table.starts_with(b"PAR1") && table.ends_with(b"PAR1"));
-    // Twice gives the same bytes.
+    // A second export gives the same bytes.
     lab.linkwork(&["export", log, "--parquet", "again.parquet"]).code(0);
     assert_eq!(std::fs::read(lab.path("again.parquet")).unwrap(), table);
     let before = std::fs::read(lab.path(log)).unwrap();
@@ -23,7 +23,7 @@ fn a_log_becomes_a_table_or_says_why_not() {
     lab.linkwork(&["export", log]).code(2).tells(&["--fmu", "--parquet"]);
     let both = ["export", log, "--parquet", "x.parquet", "--fmu", "x.fmu"];
     lab.linkwork(&both).code(2).tells(&["cannot be used with"]);
-    // Options of a unit are valid with a unit; here only the simulation is missing.
+    // Options for an FMU are valid with `--fmu`; here only the simulation is missing.
     let unit =
         ["export", "none.ron", "--fmu", "x.fmu", "--input", "a", "--output", "b", "--set", "p=1"];
     lab.linkwork(&unit).code(2).tells(&["there is no simulation `none.ron`"]);

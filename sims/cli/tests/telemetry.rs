@@ -70,7 +70,8 @@ fn a_flight_beside_its_simulation_with_the_differences() {
     let args = ["view", "out/run.mcap", "--flown", "flown.ron", "--out", "both.rrd"];
     let said = lab.linkwork(&args).code(0);
     assert!(said.err.is_empty(), "{}", said.err);
-    // Seven rows, all at instants of the log: half a metre in y, three degrees.
+    // The table has seven rows, all at instants of the log; they differ by half a metre in y and by
+    // three degrees.
     assert!(said.out.contains("block: 7 rows of the table"), "{}", said.out);
     assert!((number(&said.out, "position: at most ") - 0.5).abs() < 1e-4, "{}", said.out);
     assert!((number(&said.out, "attitude: at most ") - 3.0).abs() < 1e-3, "{}", said.out);
@@ -91,13 +92,15 @@ fn a_flight_beside_its_simulation_with_the_differences() {
     let (_, angle) =
         series("/plots/block__angle_between_flown_and_simulated__deg/angle Scalars:scalars[0]");
     assert!(angle.iter().all(|a| (a - 3.0).abs() < 1e-6), "{angle:?}");
-    // The curve in its own unit, the variable next to it, the difference.
+    // The recording contains the curve in its own unit, the variable next to it, and the
+    // difference.
     let (_, flown) = series("/plots/Climb/flown Scalars:scalars[0]");
     let (_, run) = series("/plots/Climb/simulated Scalars:scalars[0]");
     assert!((flown[0] - (4.25 - 1.96133) * 3.6).abs() < 1e-6 && (run[0] - 4.0 * 3.6).abs() < 1e-6);
     let (_, d) = series("/plots/Climb__flown_minus_simulated/difference Scalars:scalars[0]");
     assert!(d.iter().all(|d| (d - 0.9).abs() < 1e-6), "{d:?}");
-    // Both trails, and the shapes of the recorded body with its attached bodies.
+    // The recording contains both trails, and the shapes of the recorded body with its attached
+    // bodies.
     for entity in [
         "/trails/block ",
         "/trails/flown/block ",
@@ -125,7 +128,7 @@ fn a_table_drives_the_view_of_its_simulation() {
     for (t, x) in t.iter().zip(x) {
         assert!((x - (1.0 + 3.0 * t)).abs() < 1e-6, "{t}: {x}");
     }
-    // The flap moves with the block: 0.2 m ahead of it, along its x axis.
+    // The flap moves with the block: it is 0.2 m ahead, along the block's x axis.
     let (_, y) = series("tf#/flap Transform3D:translation[1]");
     for (t, y) in t.iter().zip(y) {
         let psi = 0.5 * t + 3f64.to_radians();
@@ -198,10 +201,11 @@ fn mistakes_are_told_with_their_place_and_nothing_is_written() {
     refused("block.velocity.z", "block.velocity.w", &["no variable `block.velocity.w`"]);
     refused("\"flown.csv\"", "\"nowhere.csv\"", &["nowhere.csv"]);
     refused("table: ", "tabel: ", &["no field `tabel`", "lacks `table`"]);
-    // Time that decreases.
+    // The time of the table decreases.
     lab.write("flown.csv", &table().replace("12300,", "12100,"));
     refused("doc", "doc", &["does not increase from row 1 to row 2"]);
-    // Never at the same time: a warning, and the view of the run is complete.
+    // The table and the log have no common time: this gives a warning, and the view of the run is
+    // complete.
     lab.write("flown.csv", &table());
     lab.write("late.ron", &FLOWN.replace("12 s", "100 s"));
     let args = ["view", "out/run.mcap", "--flown", "late.ron", "--out", "late.rrd"];
@@ -211,7 +215,7 @@ fn mistakes_are_told_with_their_place_and_nothing_is_written() {
     lab.linkwork(&["view", "late.ron", "--out", "l.rrd"])
         .code(2)
         .tells(&["before the simulation begins"]);
-    // `--flown` requires a log; alone, it requires a simulation.
+    // `--flown` requires a log; without one, it requires a simulation.
     let args = ["view", "flown.ron", "--flown", "flown.ron", "--out", "x.rrd"];
     lab.linkwork(&args).code(2).tells(&["--flown requires a log"]);
     lab.write("none.ron", &FLOWN.replace("simulation: \"sim.ron\",", ""));
@@ -234,9 +238,11 @@ fn nasas_trajectory_beside_ours() {
     let position = number(&said.out, "position: at most ");
     let attitude = number(&said.out, "attitude: at most ");
     println!("{}", said.out);
-    // Tolerances: 0.02 ft and 1e-3 deg; 04 itself is within 4e-5 deg of the mean of 04 and 05.
+    // The tolerances are 0.02 ft and 1e-3 deg; simulation 04 is within 4e-5 deg of the mean of 04
+    // and 05.
     assert!(position < 0.02 * 0.3048, "{}", said.out);
     assert!(attitude < 1e-3 && attitude > 0.0, "{}", said.out);
-    // Also at rows of the table: a straight line between two rows differs by 0.4 deg/s from the brick.
+    // The comparison is at the rows of the table: between two rows a straight line differs by 0.4
+    // deg/s from the brick.
     assert!(number(&said.out, "Roll rate: at most ") < 1e-6, "{}", said.out);
 }

@@ -30,7 +30,7 @@ fn a_map_is_made_shown_converted_and_resampled() {
     ] {
         assert!(said.contains(wanted), "{wanted}\n{said}");
     }
-    // Ten bands that contain all nodes, and a picture of the right width.
+    // The output has ten bands that contain all nodes, and a picture of the right width.
     let shares = said
         .lines()
         .filter_map(|l| l.split('%').next()?.rsplit("m  ").next()?.trim().parse::<f64>().ok());

@@ -28,7 +28,7 @@ fn a_folder_has_one_run_at_a_time() {
     let before = names(&lab.path("out"));
     lab.run("sim.ron", "out", &[]).code(2).tells(&["another run is writing", "`out`", "--out"]);
     assert_eq!(names(&lab.path("out")), before, "it wrote something");
-    // Another folder is possible.
+    // A run in another folder is possible.
     lab.run("sim.ron", "other", &[]).code(0);
     // However the first run ends, its folder is free then, and no lock remains.
     killed(&mut first);
@@ -51,14 +51,14 @@ fn checkpoints_of_another_run_are_put_aside() {
     let old = std::fs::read(lab.path("out/checkpoint_0.5.lwck")).unwrap();
     assert!(!lab.run("sim.ron", "out", &[]).code(0).err.contains("note:"));
     assert_eq!(saved("out"), found);
-    // Another configuration: none of the checkpoints may count as its own.
+    // With another configuration none of the old checkpoints may count as checkpoints of the new run.
     lab.run("sim.ron", "out", &["--set", "Gain.k=3"])
         .code(0)
         .tells(&["2 checkpoints of another run", "out/earlier_1"]);
     assert_eq!(saved("out"), [""; 0]);
     assert_eq!(saved("out/earlier_1"), found);
     assert_eq!(std::fs::read(lab.path("out/earlier_1/checkpoint_0.5.lwck")).unwrap(), old);
-    // Another seed is another run as well; files that were moved stay where they are.
+    // A run with another seed is another run as well; files that were moved stay where they are.
     lab.run("sim.ron", "out", &every).code(0);
     lab.run("sim.ron", "out", &["--seed", "9"]).code(0).tells(&["out/earlier_2"]);
     assert_eq!(
@@ -103,7 +103,7 @@ fn nothing_that_cannot_be_said_is_a_success() {
     let run = ["run", "sim.ron", "--out", "c", "--save-rrd", "off"];
     full(&lab, &run, false).code(1).tells(&[lost]);
     assert!(lab.path("c/summary.json").exists(), "the run was whole");
-    // Unequal and equal logs.
+    // Unequal and equal logs both give the exit code 1.
     full(&lab, &["diff", "a/run.mcap", "b/run.mcap"], false).code(1);
     full(&lab, &["diff", "a/run.mcap", "c/run.mcap"], false).code(1);
     // Mistakes that cannot be printed are still mistakes (101 is a panic).
@@ -186,7 +186,7 @@ fn a_slow_run_that_is_killed_has_logged_all_but_the_last_seconds() {
 fn a_limit_on_the_size_of_files_leaves_a_log_and_a_checkpoint() {
     let lab = Lab::new();
     lab.write("sim.ron", &edited(&[("rate: \"100 Hz\"", "rate: \"1 kHz\"")]));
-    // Units of 512 bytes: 6 MB and 1 MB.
+    // The limits are 6 MB and 1 MB, in units of 512 bytes.
     let limited = |blocks: u32, out: &str| -> Said {
         let inner = format!("ulimit -f {blocks}; exec \"$0\" \"$@\"");
         let mut sh = std::process::Command::new("sh");
@@ -205,7 +205,7 @@ fn a_limit_on_the_size_of_files_leaves_a_log_and_a_checkpoint() {
     lab.resume("out/interrupted.lwck", "rest", &["--until", &until]).code(0);
     lab.run("sim.ron", "straight", &["--until", &until, "--no-log"]).code(0);
     assert_eq!(lab.hash("rest"), lab.hash("straight"));
-    // Too small for anything: rejected at the start.
+    // The limit is too small for any file, so the run is rejected at the start.
     limited(2048, "none").code(1).tells(&["none/run.mcap", "help: "]);
     assert!(!lab.path("none/run.mcap").exists());
 }
@@ -228,7 +228,7 @@ fn logs_that_are_no_logs_equal_nothing() {
     diff(&good[..good.len() / 2], &["is truncated", "t = "]);
     diff(&good[..good.len() - 1], &["is truncated"]);
     diff(&[&good[..], b"more"].concat(), &["is damaged"]);
-    // A run that logs nothing.
+    // This run does not log anything.
     lab.write("silent.ron", &edited(&[("log: [(channels: [\"**\"], rate: \"100 Hz\")],", "")]));
     lab.run("silent.ron", "silent", &[]).code(0);
     let poses = lab.linkwork(&["diff", "silent/run.mcap", "silent/run.mcap"]).code(0).out;
@@ -260,14 +260,14 @@ fn a_flipped_bit_anywhere_in_a_log_is_noticed() {
         std::fs::write(&path, &bad).unwrap();
         match read_log_contents(&path) {
             Err(_) => damaged += 1,
-            // A length that points beyond the end.
+            // The damaged length points beyond the end of the file.
             Ok(log) if matches!(log.end, End::Cut { .. }) => cut += 1,
             Ok(_) => panic!("bit {} of byte {at} is not noticed", at % 8),
         }
     }
     println!("{damaged} damaged, {cut} cut of {} in {:?}", good.len(), clock.elapsed());
     assert!(damaged > 10 * cut, "{damaged} damaged, {cut} cut");
-    // Truncated anywhere: never complete, never more rows than before.
+    // A log that is truncated anywhere is never complete, and never has more rows than before.
     for keep in (0..good.len()).step_by(7 * stride) {
         std::fs::write(&path, &good[..keep]).unwrap();
         match read_log_contents(&path) {
@@ -285,7 +285,7 @@ fn checkpoints_have_names_of_their_own() {
     let saved = |out: &str| names(&lab.path(out)).iter().filter(|n| n.ends_with("lwck")).count();
     assert_eq!(saved("fine"), 20, "{:?}", names(&lab.path("fine")));
     assert!(lab.path("fine/checkpoint_0.0013.lwck").exists(), "{:?}", names(&lab.path("fine")));
-    // A third of a second, written in three forms, fits three times in a second.
+    // A third of a second is written in three forms, and fits three times in a second.
     for (out, third) in [("a", "1/3"), ("b", "0.3333333333333333"), ("c", "1/3 s")] {
         lab.run("sim.ron", out, &["--until", "4s", "--checkpoint-every", third]).code(0);
         assert_eq!(saved(out), 12, "{third}");
@@ -316,7 +316,7 @@ fn only_the_last_checkpoints_are_kept() {
 #[test]
 fn real_time_with_long_steps_hears_ctrl_c() {
     let lab = Lab::new();
-    // Nothing moves except the pendulum: a step of a minute is one sleep.
+    // Only the pendulum moves: a step of a minute is one sleep.
     lab.write(
         "sim.ron",
         "Simulation(\n    parts: { \"Source\": (model: \"basics.constant\", params: { \"value\": 1 }) },\n    step: \
@@ -355,7 +355,7 @@ fn a_plot_of_huge_numbers_ends_and_comes_last() {
     said.code(0);
     let svg = std::fs::read_to_string(lab.path("out/plots.svg")).unwrap();
     assert!(svg.contains("beyond 1e30"), "the picture says nothing of what it leaves out");
-    // A plot that cannot be drawn: all other files exist, and the exit code reports the failure.
+    // If a plot cannot be drawn, all other files exist, and the exit code reports the failure.
     let Some(_small) = Small::mount(lab.path("small"), "24k") else { return };
     lab.run("none.ron", "small/out", &["--no-log"]).code(1).tells(&["plots.svg", "help: "]);
     assert_eq!(names(&lab.path("small/out")), ["summary.json"]);
@@ -375,7 +375,7 @@ fn files_cannot_give_orders_to_the_terminal() {
     }
     assert!(said.out.contains("\\u{1b}]0;owned"), "{}", said.out);
     assert!(bad.err.contains("\\u{1b}]0;owned"), "{}", bad.err);
-    // A number of 300 digits: a power of ten.
+    // A number of 300 digits is written as a power of ten.
     lab.write(
         "huge.ron",
         &edited(&[("\"value\": 1 ", "\"value\": 1e308 "), ("\"k\": 2", "\"k\": 1e10")]),
@@ -432,15 +432,16 @@ fn kills_at_random_instants_of_a_rover_leave_no_trace() {
                 "lwck" => {
                     let time = Checkpoint::read(&path).unwrap_or_else(|e| panic!("{e}")).time;
                     checkpoints += 1;
-                    // The checkpoint at the end leaves no time to simulate.
+                    // No time is left to simulate after the checkpoint at the end.
                     if time < 4.0 && newest.as_ref().is_none_or(|n| n.0 < time) {
                         newest = Some((time, format!("killed/{name}")));
                     }
                 }
-                // It does not have its final name before it is complete.
+                // A file gets its final name only when it is complete.
                 "part" => half += 1,
                 "mcap" => {}
-                // Killed after the last step: a file with the final name is complete.
+                // The process was killed after the last step: a file with the final name is
+                // complete.
                 "json" => assert_eq!(lab.hash("killed"), hash),
                 "svg" => {
                     let text = std::fs::read_to_string(&path).unwrap();
@@ -450,7 +451,7 @@ fn kills_at_random_instants_of_a_rover_leave_no_trace() {
             }
         }
         let log = lab.path("killed/run.mcap");
-        // Before the first byte, the log does not exist.
+        // The log does not exist before its first byte is written.
         if log.metadata().is_ok_and(|m| m.len() > 0) {
             let log = read_log_contents(&log).unwrap_or_else(|e| panic!("{e}"));
             for (name, s) in &log.series {
@@ -478,7 +479,7 @@ fn kills_at_random_instants_of_a_rover_leave_no_trace() {
                 assert_eq!(lab.hash("rest"), hash, "{file}");
                 resumed += 1;
             }
-            // Again from the start, next to the files of the killed run.
+            // The run starts again at its beginning, next to the files of the killed run.
             None => {
                 lab.linkwork(&run(&rover, "killed", &args)).code(0);
                 assert_eq!(lab.hash("killed"), hash);

@@ -77,13 +77,13 @@ fn a_recording_overwrites_no_other_file_of_the_run() {
     }
     refused(&["--save-rrd", "out/run.mcap", "--no-log"]);
     assert_eq!(std::fs::read_to_string(lab.path("sim.ron")).unwrap(), BASE);
-    // Also by another name.
+    // A log is not overwritten under another name either.
     lab.run("sim.ron", "out", &[]).code(0);
     let before = std::fs::read(lab.path("out/run.mcap")).unwrap();
     std::fs::hard_link(lab.path("out/run.mcap"), lab.path("other.rrd")).unwrap();
     refused(&["--save-rrd", "other.rrd"]);
     assert_eq!(std::fs::read(lab.path("out/run.mcap")).unwrap(), before);
-    // The resumed checkpoint is read, and stays.
+    // The checkpoint that the run resumes from is read, and is not overwritten.
     lab.run("sim.ron", "c", &["--checkpoint-every", "0.5s"]).code(0);
     let from = "c/checkpoint_0.5.lwck";
     let said = lab.linkwork(&["resume", from, "--out", "d", "--save-rrd", from]);
@@ -204,7 +204,7 @@ fn what_a_view_cannot_show_is_said_and_what_is_there_is_not_overwritten() {
     refused(&["none.mcap"], &["none.mcap", "help: "]);
     lab.write("no.mcap", "nothing");
     refused(&["no.mcap"], &["no.mcap", "help: "]);
-    // One flipped bit: no recording that seems complete.
+    // A log with one flipped bit does not give a recording that seems complete.
     let mut log = std::fs::read(lab.path("out/run.mcap")).unwrap();
     let middle = log.len() * 2 / 3;
     log[middle] ^= 4;
@@ -254,7 +254,8 @@ fn a_line_is_bright_while_it_pulls_and_a_jet_as_long_as_its_thrust() {
     assert!(said.out.starts_with("equal: "), "{}", said.out);
     let shown = linkwork_viz::read_recording(&lab.path("view.rrd")).unwrap();
     let line = |what: &str| &shown[&format!("/lines/beam_hook_to_block_ring LineStrips3D:{what}")];
-    // In the axes of the beam, which are W: from its hook to the ring.
+    // The positions are in the axes of the beam, which are W: the line goes from its hook to the
+    // ring.
     let fixed = [(0, 0.0), (1, 0.3), (2, 2.0)];
     for (k, want) in fixed {
         let y = &line(&format!("strips[{k}]")).1;

@@ -10,7 +10,8 @@ fn the_table_and_its_files_are_those_of_an_independent_integration() {
     let args = [&["wheel-test"], &SMALL[..], &["--out", "wheel"]].concat();
     let said = lab.linkwork(&args).code(0).out;
     let out = lab.path("wheel");
-    // Slip, sinkage, pull and torque by adaptive quadrature in another language.
+    // The reference values of slip, sinkage, pull and torque are from adaptive quadrature in
+    // another language.
     for row in [["0.20", "19.821", "22.987", "5.3309"], ["0.80", "21.217", "41.410", "8.4209"]] {
         let found = said.lines().any(|l| row.iter().all(|w| l.split_whitespace().any(|x| x == *w)));
         assert!(found, "{row:?} in\n{said}");

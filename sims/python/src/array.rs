@@ -255,7 +255,7 @@ pub fn zeros(rows: usize, width: usize) -> PyResult<Vec<f64>> {
 
 /// Returns an error if a result is not finite (overflow).
 fn finite(values: &[f64]) -> PyResult<()> {
-    // No early exit, so that the compiler can vectorize the test.
+    // The loop does not exit early, so that the compiler can vectorize the test.
     if values.iter().fold(true, |all, x| all & x.is_finite()) {
         return Ok(());
     }

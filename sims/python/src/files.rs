@@ -176,8 +176,8 @@ fn ron_machine(path: &Path, root: Root) -> Result<Machine, String> {
     let shapes = loaded.shapes;
     let none = || format!("`{}` has no mechanism\n  help: give it bodies", path.display());
     let m = loaded.spec.mechanism().cloned().ok_or_else(none)?;
-    // The initial state of a simulation of the file. If it cannot be closed, it is used as written, and `constraint_errors` returns the closure
-    // errors.
+    // The initial state is the start of a simulation of the file. If it cannot be closed, it is used as written, and
+    // `constraint_errors` returns the closure errors.
     let start = m.closed_start().map_or_else(|_| m.q.clone(), |(q, _)| q);
     let compliant = m.compliant.map(|c| FileContact { colliders: c.0, settings: None });
     let contact =

@@ -127,7 +127,7 @@ pub fn load(
     let passive = machine.passive_devices().map(of_path);
     for text in machine.doubtful().into_iter().chain(left_out).chain(passive).chain(beyond) {
         let category = py.get_type::<pyo3::exceptions::PyUserWarning>();
-        // The text may contain null bytes from a path; replace them.
+        // The text may contain null bytes from a path, which are replaced.
         let text = std::ffi::CString::new(text.replace('\0', " ")).unwrap_or_default();
         PyErr::warn(py, &category, &text, 1)?;
     }

@@ -405,7 +405,7 @@ fn described(x: &Bound<'_, PyAny>) -> PyResult<String> {
 impl Operator {
     /// Tells numpy to leave products with an operator to this class.
     #[classattr]
-    #[allow(non_upper_case_globals)] // numpy prescribes the name.
+    #[allow(non_upper_case_globals)] // The name is that of numpy's protocol.
     const __array_ufunc__: Option<bool> = None;
 
     /// The transpose.

@@ -86,7 +86,7 @@ pub fn fill(module: &Bound<'_, PyModule>, library: fn() -> Library, version: &st
     module.add_function(wrap_pyfunction!(crate::processor::_levels, module)?)?;
     module.add("__version__", version)?;
     module.add("__cpu__", crate::processor::BUILT_FOR)?;
-    // Set `__module__` to the package in which users find a class, such as `windmill.Mechanism`.
+    // `__module__` becomes the package in which users find a class, such as `windmill.Mechanism`.
     for (_, value) in module.dict().iter() {
         if let Ok(class) = value.cast::<PyType>() {
             class.setattr("__module__", &package)?;

@@ -531,7 +531,8 @@ impl Block for Running {
     }
     fn load_store(&mut self, bytes: &[u8]) -> Result<(), String> {
         self.made = PartObject::Not(bytes.to_vec());
-        // Create the object now, so that an error in `load` is reported here and not at the next sample.
+        // The object is created now, so that an error in `load` is reported here and not at the next
+        // sample.
         Python::attach(|py| {
             self.object(py)
                 .map(|_| ())

@@ -19,7 +19,7 @@ fn branches(mbs: &Multibody) -> Vec<(String, BodyId)> {
     for id in mbs.body_ids() {
         children.entry(mbs.get(id).parent()).or_default().push(id);
     }
-    // Not recursive, because chains can have thousands of bodies.
+    // The search is not recursive, because chains can have thousands of bodies.
     let below = |id| children.get(&id).map_or(&[][..], Vec::as_slice);
     let mut open: Vec<(BodyId, Vec<bool>)> = Vec::new();
     let push = |open: &mut Vec<(BodyId, Vec<bool>)>, of, above: &[bool]| {

@@ -90,7 +90,7 @@ impl Simulation {
         let file = ready.loaded.simulation;
         let program = Arc::new(ready.program);
         let sim = runtime::Simulation::of(program.clone());
-        // Reports an exception of a part at the first tick.
+        // An exception of a part is reported at the first tick.
         sim.check().map_err(|e| parts::raised(py, run_failed(&e)))?;
         Ok(Self {
             plan: program.phases[0].plan.clone(),
@@ -148,7 +148,7 @@ impl Simulation {
         loop {
             py.check_signals()?;
             let stopped = py.detach(|| {
-                // The lock is not fair: let waiting threads go first for a while.
+                // The lock is not fair, so waiting threads go first for a while.
                 for _ in 0..1000 {
                     if this.waiting.load(Ordering::SeqCst) == 0 {
                         break;

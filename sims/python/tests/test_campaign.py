@@ -41,7 +41,8 @@ def test_the_files_are_those_of_the_command_line_byte_for_byte(tmp_path):
     assert {int(name.removeprefix("run_")) for name in of_failures} == set(failed)
     assert sum(name.startswith("histories/") for name in left) > 0
     assert sum(name.endswith("before_failure.lwck") for name in left) == list(results.table["ended"]).count("failed") > 0
-    # The same command runs nothing again; other threads would give the same.
+    # The repeated command does not run anything again; another number of threads gives the same
+    # files.
     assert lw.Campaign(file).execute(tmp_path / "here").done == 12
     lw.Campaign(file).execute(tmp_path / "more", threads=3)
     assert files_of(tmp_path / "more") == files_of(tmp_path / "here")
@@ -81,7 +82,7 @@ def test_a_single_run_with_a_log_and_a_checkpoint_has_the_same_bits(tmp_path):
     angle = lw.read_log(log)["bob.angle"]
     assert angle.t[-1] == outcome.time == 2.0 and np.ptp(angle.y) > 0.1
     assert lw.Simulation.resume(checkpoint).state_hash == outcome.state_hash
-    # And by hand.
+    # The run can also be repeated by hand.
     sim = campaign.simulation(run)
     assert sim.seed == outcome.seed and sim.until == 2.0
     sim.run()
@@ -160,7 +161,7 @@ def test_mistakes_are_refused_with_place_and_remedy(tmp_path):
     wrong.write_text(file.read_text().replace("bob.mass", "bob.mas"))
     with pytest.raises(lw.LinkworkError, match=r"`bob\.mas` matches nothing\n.*wrong\.ron:\d+:\d+"):
         lw.Campaign(wrong)
-    # The folder of another campaign, and one that is in use.
+    # The folder belongs to another campaign, or is in use.
     campaign.execute(tmp_path / "out")
     more = lw.Campaign(campaign_file(tmp_path, runs=5))
     with pytest.raises(lw.LinkworkError, match="belongs to another campaign"):
@@ -168,7 +169,7 @@ def test_mistakes_are_refused_with_place_and_remedy(tmp_path):
     gathering = campaign._gather(tmp_path / "out")
     with pytest.raises(lw.LinkworkError, match="another campaign is writing"):
         campaign.execute(tmp_path / "out")
-    # Lines of another campaign.
+    # The lines are from another campaign.
     (line,) = more._make([4], tmp_path / "elsewhere")
     for text in ["{}", line, line.replace('"metrics":["', '"metrics":["1.0","')]:
         with pytest.raises(lw.LinkworkError):

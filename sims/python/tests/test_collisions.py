@@ -182,7 +182,8 @@ def test_linkages_with_loops_are_asked_where_they_close():
     rng = np.random.default_rng(8)
     Q = np.array([m.close([a, 0.5, -1.9]) for a in rng.uniform(-1.2, -0.6, 60)])
     answers = robot.collides(Q, threads=2)
-    # By hand: a bar touches the post if its centre line (half width 0.01 m) comes within its radius, except at corners.
+    # The reference is computed by hand: a bar touches the post if its centre line (half width 0.01 m) comes within the
+    # radius, except at corners.
     for q, hit in zip(Q, answers, strict=True):
         base, near = np.zeros(2), np.inf
         knee = 0.3 * np.array([np.cos(q[0]), -np.sin(q[0])])

@@ -10,7 +10,7 @@ import pytest
 import linkwork as lw
 
 PIN = lw.Hinge.pin([0.0, 1.0, 0.0])
-#: Lengths of crank, coupler, rocker and ground, m.
+# : The lengths of crank, coupler, rocker and ground, m.
 A, B, C, D = 0.3, 0.8, 0.6, 0.7
 
 
@@ -52,7 +52,7 @@ def test_closing_is_that_of_trigonometry():
     assert (loop.name, loop.kind, loop.bodies, loop.rows) == ("knee", "loop", ["coupler", "rocker"], 5)
     open_q = [-1.0, 0.5, -1.9]
     tip, knee = ends(open_q)
-    # Rows are along axes of frame A: along the coupler and across it.
+    # The rows are along the axes of frame A: along the coupler and across it.
     angle = open_q[0] + open_q[1]
     along = np.array([np.cos(angle), -np.sin(angle)])
     across = np.array([-along[1], along[0]])
@@ -87,12 +87,13 @@ def test_dynamics_is_that_of_lagrange_s_equation(solver):
         return rates @ linkage.mass_matrix(q) @ rates, linkage.potential_energy(q)
 
     def closed_near(theta):
-        # Continued from the known state, so that it stays on its branch; then the crank angle is corrected.
+        # The guess continues from the known state, so that the solution stays on its branch; then the crank
+        # angle is corrected.
         guess = q + (theta - q[0]) * v / v[0]
         return guess[1:]
 
     def at(theta):
-        # `close` moves all coordinates: the values belong to the resulting crank angle.
+        # `close` moves all coordinates, so the values are returned with the resulting crank angle.
         found = linkage.close([theta, *closed_near(theta)])
         return (found[0], *reduced(theta))
 
@@ -105,7 +106,7 @@ def test_dynamics_is_that_of_lagrange_s_equation(solver):
     motion = linkage.constrained_dynamics(q, v, tau, solver=solver)
     assert motion.vdot[0] == pytest.approx(want, rel=2e-6)
     assert np.allclose(motion.vdot, linkage.constrained_dynamics(q, v, tau).vdot, atol=1e-9)
-    # Different from the tree alone.
+    # The result differs from that of the tree alone.
     assert abs(linkage.forward_dynamics(q, v, tau)[0] - want) > 0.5
 
 
@@ -114,7 +115,7 @@ def test_forces_of_the_loop_are_what_the_tree_lacks():
     q, v = closed(linkage)
     motion = linkage.constrained_dynamics(q, v, [0.0, 0.0, 0.0], solver="augment")
     lacking = linkage.inverse_dynamics(q, v, motion.vdot)
-    # The force at the knee, by the Jacobians of the two tips, in the plane.
+    # The force at the knee follows from the Jacobians of the two tips, in the plane.
     parts = lw.Builder()
     bar(parts, "crank", "world", A, 1.0)
     bar(parts, "coupler", "crank", B, 2.0, (A, 0, 0))
@@ -158,7 +159,7 @@ def test_couplings_of_builders_and_of_files(tmp_path):
     lacking = pair.inverse_dynamics(q, [0.0, 0.0], motion.vdot) - [1.0, 0.0]
     assert np.allclose(lacking, motion.forces["differential"][0], atol=1e-12)
 
-    # Mimic joint of a URDF: the second joint follows the first, at half its angle.
+    # The second joint is a mimic joint of the URDF, which follows the first at half its angle.
     link = '<link name="{}"><inertial><mass value="1"/><origin xyz="0.1 0 0"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>'
     joint = '<joint name="{0}" type="continuous"><parent link="{1}"/><child link="{2}"/><axis xyz="0 1 0"/>{3}</joint>'
     text = '<robot name="r">' + "".join(link.format(n) for n in ("base", "a", "b"))
@@ -218,7 +219,7 @@ def test_inverse_kinematics_keeps_loops_and_couplings(tmp_path):
     motions = min(([[s * angle, 0, 0]] for s in (1, -1)), key=lambda u: given.constraint_errors(q, loop_motions=u)["knee"])
     found = given.inverse_kinematics(q + [0.05, -0.02, 0.01], {}, loop_motions=motions)
     assert given.constraint_errors(found, loop_motions=motions)["knee"] < 2e-9
-    # A coupling.
+    # The chain has a coupling.
     chain = lw.Builder()
     bar(chain, "a", "world", 0.5, 1.0)
     bar(chain, "b", "a", 0.5, 1.0, (0.5, 0, 0))
@@ -243,14 +244,14 @@ def test_bad_input():
     ]:
         with pytest.raises((lw.LinkworkError, TypeError, ValueError), match=told):
             call()
-    # A linkage that cannot close: its rocker is out of reach.
+    # The linkage cannot close, because its rocker is too far away.
     parts = lw.Builder()
     bar(parts, "crank", "world", A, 1.0)
     bar(parts, "rocker", "world", C, 1.5, (3.0, 0, 0))
     parts.loop("knee", "crank", "rocker", PIN, at_a=[A, 0, 0], at_b=[C, 0, 0])
     with pytest.raises(lw.LinkworkError, match="loop `knee` does not close"):
         parts.build().close([0.1, 3.0])
-    # A tree has none, and reports it without an error.
+    # A tree has no constraints, and reports that without an error.
     tree = bar(lw.Builder(), "a", "world", 1.0, 1.0).build()
     with warnings.catch_warnings():
         warnings.simplefilter("error")

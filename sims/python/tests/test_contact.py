@@ -55,27 +55,28 @@ def test_a_box_slides_as_the_closed_form_says(slope):
     box = lw.Builder().body("box", "world", lw.Hinge.free(), mass=mass, com=[0, 0, 0], inertia=np.diag([0.02, 0.03, 0.04]))
     box = box.build()
     box.gravity = [G * np.sin(slope), 0, -G * np.cos(slope)]
-    # The geometric mean of the pair: 0.3.
+    # The friction of the pair is the geometric mean, 0.3.
     shapes = [
         lw.Collider.box("block", "box", [0.4, 0.3, 0.1], friction=0.9),
         lw.Collider.half_space("ground", friction=0.1),
     ]
     contact = lw.Contact(box, shapes, tolerance=1e-10)
     step = contact.step(at(0, 0, 0.05), moving(speed, 0, 0), dt)
-    # Pairs are in the order of names: the forces are on the ground.
+    # The names of a pair are in alphabetical order, so the forces are those on the ground.
     assert step.converged and len(step.pairs) >= 4 and set(step.pairs) == {("block", "ground")}
     total = -step.forces.sum(axis=0)
     assert np.allclose(total, [-mu * mass * G * np.cos(slope), 0, mass * G * np.cos(slope)], atol=1e-6)
     steps = 200
     t, q, v = contact.simulate(at(0, 0, 0.05), moving(speed, 0, 0), dt, steps)
     deceleration = G * (mu * np.cos(slope) - np.sin(slope))
-    # Velocities are those of the closed form, positions their sum.
+    # The velocities are those of the closed form, the positions their sums.
     expected = speed - deceleration * t
     assert np.allclose(v[:, 3], expected, atol=1e-7) and np.allclose(v[:, [0, 1, 2, 4, 5]], 0, atol=1e-7)
     assert np.allclose(q[1:, 0], np.cumsum(expected[1:]) * dt, atol=1e-7)
     if slope == 0:
         t, q, v = contact.simulate(at(0, 0, 0.05), moving(speed, 0, 0), dt, 500)
-        # It stops after v² / 2 μ g, and stays; first order in the step.
+        # The block stops after v² / 2 μ g, and stays there; the error is of first order in the
+        # step.
         assert q[-1, 0] == pytest.approx(speed**2 / (2 * mu * G), abs=speed * dt) and abs(v[-1, 3]) < 1e-9
 
 
@@ -88,12 +89,14 @@ def test_a_ball_bounces_to_e_squared_of_its_height():
     apex, bounced = 0.0, 0
     for _ in range(int(1.3 * np.sqrt(2 * height / G) / dt)):
         step = contact.step(q, v, dt)
-        # Momentum: the ball gains weight and impulses, including impacts.
+        # The momentum of the ball changes by its weight and the impulses, including those of
+        # impacts.
         gained = mass * (step.v[3:] - v[3:])
         assert np.allclose(gained, step.impulses.sum(axis=0) + [0, 0, -mass * G * dt], atol=1e-10)
         if step.impacts:
             bounced += 1
-            # The speed at the instant of the impact: gravity acts until then, half a step more than `v` says.
+            # Gravity acts until the instant of the impact, so the speed there is up to half a step larger
+            # than `v`.
             least = mass * (1 + e) * -v[5]
             assert least < step.impulses[0, 2] < least + mass * (1 + e) * 1.5 * G * dt + 1e-9
             assert step.v[5] == pytest.approx(-e * v[5], abs=2 * G * dt)
@@ -101,7 +104,7 @@ def test_a_ball_bounces_to_e_squared_of_its_height():
         if bounced:
             apex = max(apex, q[2])
     assert bounced == 1
-    # On its way up: height from the energy.
+    # The ball moves up, and its energy gives the height.
     assert q[2] - radius + v[5] ** 2 / (2 * G) == pytest.approx(e**2 * height, rel=3e-3)
     assert apex == q[2]
 
@@ -128,7 +131,8 @@ def test_balls_that_collide_keep_their_momentum():
         hits += step.impacts
         q, v = step.q, step.v
     p1, e1 = books(q, v)
-    # The only friction is between the two: 0.5; the line of centres is not along the motion.
+    # There is friction only between the two balls, 0.5; the line of centres is not along the
+    # motion.
     assert hits >= 1 and np.allclose(p0[3:], p1[3:], atol=1e-12) and e1 <= e0 * (1 + 1e-12)
     assert np.linalg.norm(q[7:10] - q[:3]) > 0.25 and v[b][3] > 0
 
@@ -184,7 +188,7 @@ def test_a_table_of_a_file_stands_on_its_legs(tmp_path):
     contact = lw.Contact(robot, [*shapes, lw.Collider.half_space("ground")], tolerance=1e-8)
     q = robot.neutral_q()
     q[robot.coordinates("top")[0]] = at(0, 0, 0.43)
-    # Springs at the joints hold the legs straight, against their lower limits.
+    # Springs at the joints hold the legs straight, at their lower limits.
     hips = [robot.coordinates(f"hip{k}") for k in range(4)]
 
     def springs(t, q, v):
@@ -289,7 +293,7 @@ def test_ellipsoids_of_a_file_collide(tmp_path):
     egg = lw.load(path)
     assert len(egg.file_colliders()) == 1
     contact = lw.Contact(egg, egg.file_colliders() + [lw.Collider.half_space("ground")], tolerance=1e-9)
-    # It stands on its end, 0.2 m below its centre, and weighs 4/3 pi a b c 1000 kg/m3.
+    # The egg stands on its end, 0.2 m below its centre, and weighs 4/3 pi a b c 1000 kg/m3.
     step = contact.step(at(0, 0, 0.2), np.zeros(6), 1e-3)
     weight = 4 / 3 * np.pi * 0.1 * 0.1 * 0.2 * 1000 * G
     assert np.allclose(step.forces.sum(axis=0), [0, 0, weight], rtol=1e-6, atol=1e-6)
@@ -345,12 +349,12 @@ def test_a_file_with_contact_moves_as_its_simulation(tmp_path):
     sim.run_until(0.3)
     place = robot.state(qs[-1]).pose("box")[:3, 3]
     assert np.allclose(place, sim["box.position"], atol=1e-12) and place[0] > 0.12
-    # Without the arm's dry friction of the file, it swings differently, and also with a hidden wall that is enabled.
+    # Without the dry friction of the file the arm swings differently, also because a hidden wall is enabled.
     by_hand = lw.Contact(robot, robot.file_colliders(), tolerance=1e-8)
     t, others, _ = by_hand.simulate(q, v, 1e-3, 300)
     arm = robot.coordinates("arm")[0]
     assert abs(qs[-1, arm][0] - others[-1, arm][0]) > 1e-3
-    # With another root, the arm keeps its dry friction: it falls with the remaining moment of its weight.
+    # With another root the arm keeps its dry friction: it falls with the remaining moment of its weight.
     fixed = lw.load(path, root="fixed")
     t, falls, _ = lw.Contact(fixed).simulate([0.0], [0.0], 1e-3, 50)
     moment = 0.5 * G * 0.1 - 0.2
@@ -378,7 +382,7 @@ def test_two_materials_do_to_each_other_what_their_pair_says():
             step = contact.step(q, v, 1e-3)
             q, v = step.q, step.v
         slid[name] = v[3]
-    # Coulomb: 1 m/s minus mu g t.
+    # By Coulomb's law the speed is 1 m/s minus mu g t.
     assert slid["alone"] == pytest.approx(0.0, abs=1e-9)
     assert slid["pair"] == pytest.approx(1.0 - 0.05 * G * 0.2, rel=1e-6)
     with pytest.raises(lw.LinkworkError, match="(?s)no collider has the material `bord`.*did you mean `board`"):

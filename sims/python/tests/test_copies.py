@@ -86,7 +86,8 @@ def test_limits_as_arrays(arm):
     assert arm.rate_limits.tolist() == [3.0, 5.0] and arm.effort_limits.tolist() == [40.0, 7.0]
     some = np.array([arm.random_q(seed) for seed in range(400)])
     assert (some >= lower).all() and (some <= upper).all()
-    # Uniform over the whole range: the first and last tenth contain about a tenth of the samples.
+    # The samples are uniform over the whole range: the first and last tenth contain about a tenth
+    # of the samples.
     shoulder = some[:, 0]
     for part in [shoulder < -0.25, shoulder > 1.75]:
         assert 20 < part.sum() < 60

@@ -81,7 +81,7 @@ RAISES = re.compile(r"LinkworkError|Refused|ConnectionError")
 
 def own_methods(cls):
     """Return {name: docstring} of the public attributes that a class defines itself."""
-    # With `getattr`, because static methods in `vars` do not have the docstring.
+    # `getattr` is necessary, because static methods in `vars` do not have the docstring.
     return {n: inspect.getdoc(getattr(cls, n)) or "" for n in vars(cls) if not n.startswith("_")}
 
 
@@ -238,7 +238,7 @@ def shown(texts):
     for text in texts:
         for example in doctest.DocTestParser().get_examples(text):
             tree = ast.fix_missing_locations(Watch().visit(ast.parse(example.source)))
-            # Examples of errors raise here, too.
+            # Examples of errors raise exceptions here, too.
             with contextlib.suppress(*([Exception] if example.exc_msg else [])), contextlib.redirect_stdout(None):
                 exec(compile(tree, "<example>", "exec"), space)
     return used
@@ -247,7 +247,8 @@ def shown(texts):
 @pytest.mark.parametrize("name", sorted(CLASSES))
 def test_what_python_calls_by_itself_is_shown(name, tmp_path):
     cls = CLASSES[name]
-    # The special methods that the class defines. For compiled classes pyo3 defines both methods of a pair.
+    # These are the special methods that the class defines. For compiled classes pyo3 defines both methods
+    # of a pair.
     mine = {m for m in SPECIAL if m in vars(cls)}
     if not mine:
         return

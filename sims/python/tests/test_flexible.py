@@ -24,14 +24,15 @@ def cantilever(modes):
 
 def test_a_beam_has_its_frequencies():
     modes = beam(bending_z=3, twist=1, stretch=1)
-    # Euler–Bernoulli: 1.8751, 4.6941, 7.8548; the rotary inertia of the sections reduces it by some 1e-4.
+    # The frequencies of Euler–Bernoulli beams have the factors 1.8751, 4.6941, 7.8548; the rotary inertia
+    # of the sections reduces them by some 1e-4.
     lengths = np.array([1.87510407, 4.69409113, 7.85475744])
     bending = lengths**2 * np.sqrt(YOUNG * SECOND / (DENSITY * AREA * LENGTH**4)) / (2 * np.pi)
     assert modes.frequencies[:3] == pytest.approx(bending, rel=3e-3)
     assert modes.frequencies[3] == pytest.approx(np.sqrt(26e9 * 0.141 * SIDE**4 / (DENSITY * 2 * SECOND)) / (4 * LENGTH), rel=1e-6)
     assert modes.frequencies[4] == pytest.approx(np.sqrt(YOUNG / DENSITY) / (4 * LENGTH), rel=1e-6)
     assert modes.mass == pytest.approx(DENSITY * AREA * LENGTH, rel=1e-12) and modes.count == 5
-    # The equations of motion contain them: η'' = −ω² η in addition to gravity.
+    # The equations of motion have the same frequencies: η'' = −ω² η in addition to gravity.
     m = cantilever(modes)
     small, zero = 1e-7 * np.eye(5), np.zeros(5)
     at_rest = m.forward_dynamics(zero, zero, zero)
@@ -49,7 +50,7 @@ def test_a_beam_bends_under_a_force():
     K = beam(bending_z=6).stiffness
     force = np.array([0, 0, 0, 0, 0, 10.0])
     eta = np.linalg.solve(K, J.T @ force)
-    # P L³ / (3 E I), except for the modes above the sixth.
+    # The deflection is P L³ / (3 E I), except for the modes above the sixth.
     assert (J @ eta)[5] == pytest.approx(10 * LENGTH**3 / (3 * YOUNG * SECOND), rel=1e-3)
     # There, the beam is at rest under gravity alone.
     with_force = m.inverse_dynamics(eta, zero, zero, wrenches={"tip": force})
@@ -98,7 +99,7 @@ ELSEWHERE = {"show", "fit_inertia", "calibrate_frames"}
 
 def given(m):
     """Return a value for a parameter with this name."""
-    # The closure of the loop.
+    # The state closes the loop.
     q, v = m.close(m.initial_q, m.random_v(1))
     numbers = {"q": q, "q_from": q, "q_to": q, "v": v, "tau": v, "vdot": v, "dv": v, "x": v, "dt": 1e-4, "steps": 3}
     names = {"frame": "rod", "frames": ["rod"], "body": "rod", "name": "rod", "bodies": ["crank"]}

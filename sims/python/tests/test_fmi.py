@@ -62,10 +62,11 @@ def test_fmpy_validates_and_runs_what_is_exported(arm):
         unit.setFloat64([refs["Servo.angle"]], [command(k * h)])
         unit.doStep(k * h, h)
         rows.append(angle())
-    # The same steps of the same code: the programs differ only by the compiler's choices.
+    # Both programs make the same steps with the same code, and differ only by the compiler's
+    # choices.
     assert max(abs(a - b) for a, b in zip(rows, native(h, n))) < 1e-12
     assert max(rows) - min(rows) > 0.5
-    # The second half again, from the serialized state.
+    # The second half is repeated from the serialized state.
     state = unit.deserializeFMUState(half)
     unit.setFMUState(state)
     for k in range(n // 2, n):

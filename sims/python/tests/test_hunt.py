@@ -31,7 +31,7 @@ def test_results_do_not_change_later(body, state):
     kept = place.copy()
     q[:3] = 99
     assert np.array_equal(now.position("n"), kept)
-    # grid2op #151: changes to a result do not affect the simulator.
+    # See grid2op #151: changes to a result do not affect the simulator.
     place[:] = 7
     assert np.array_equal(now.position("n"), kept)
     sim = lw.Simulation(PENDULUM)

@@ -52,7 +52,7 @@ def objects(m, examples):
     return [m, m, m, m, m.state(q, v), o, o.H, o.Phi * o.M, m.edit(q, v), frames, sim, sim.log(["**"]), *examples.values()]
 
 
-# Functions that run for a given time, or write to a given file.
+# These functions run for a given time, or write to a given file.
 LONG = {"simulate", "run_until", "step", "run", "save", "record", "resume", "execute"}
 
 
@@ -68,7 +68,7 @@ def test_any_call_gives_a_value_or_an_exception(seed, tmp_path):
             thing = r.choice(things)
             public = [n for n in dir(thing) if not n.startswith("_") and n not in LONG]
             special = [n for n in ("__getitem__", "__setitem__", "__contains__", "__mul__", "__matmul__", "__rmul__", "__add__", "__truediv__") if hasattr(thing, n)]
-            # Some only have a string form.
+            # Some objects only have a string form.
             name = r.choice(public + special or ["__repr__"])
             try:
                 member = getattr(thing, name)
@@ -132,7 +132,8 @@ def test_damaged_checkpoints_are_refused_or_go_on(tmp_path):
     path = tmp_path / "bad.lwck"
     read = refused = 0
     for k in range(600):
-        # With a correct checksum, which only a deliberate change has; every tenth with the old one.
+        # The checksum is correct, as only after a deliberate change; every tenth file keeps the old
+        # one.
         bad = damaged(body, r)
         path.write_bytes(good[:8] + (good[8:16] if k % 10 == 0 else checksum(bad)) + bad)
         try:
@@ -159,13 +160,13 @@ def test_damaged_logs_are_refused_or_read_as_far_as_they_go(tmp_path):
         try:
             log = lw.read_log(path)
             angle = log["bob.angle"].y if "bob.angle" in log else np.zeros(0)
-            # Nothing that was not written is read.
+            # The values that are read are those that were written.
             assert np.array_equal(angle, whole[: len(angle)])
             read += 1
         except lw.LinkworkError as e:
             assert str(e)
             refused += 1
-    # The number of readable ones depends on the position of the damage in a log of this length.
+    # The number of readable logs depends on the position of the damage in a log of this length.
     assert read > 0 and refused > 100, (read, refused)
 
 

@@ -40,7 +40,7 @@ def test_inverse_kinematics_reaches_what_forward_kinematics_shows():
     for at in (turn, X[:3, :3]):
         found = m.inverse_kinematics(0.5 * q, [lw.Target("tool", at)])
         assert off(m.state(found).pose("tool")[:3, :3], matrix_of(turn)) < 1e-8
-    # Relative to another link, and with a fixed hinge.
+    # The target is relative to another link, and one hinge is fixed.
     rel = np.linalg.inv(m.state(q).pose("link1")) @ X
     start = q.copy()
     start[3:] += 0.2
@@ -121,7 +121,7 @@ def test_frames_agree_with_the_state_and_compute_only_what_is_asked():
     before = f.counts
     f.velocity("m/n6")
     assert f.counts == before
-    # On a turntable: centripetal acceleration.
+    # On a turntable a point has a centripetal acceleration.
     t = lw.Frames()
     t.add_moving("table", "world")
     t.add_fixed("mark", "table", [2.0, 0, 0])
@@ -161,7 +161,7 @@ def test_detach_and_attach_keep_the_books():
     kept = [(a, b) for a, b in enumerate(edit.places_v) if b is not None]
     assert len(kept) == m.nv - (m.hinge(leaf).stop - m.hinge(leaf).start)
     assert all(edit.v[b] == v[a] for a, b in kept)
-    # Grasped again: momentum is conserved, energy decreases.
+    # The leaf is grasped again: momentum is conserved, energy decreases.
     report = edit.attach(leaf, "b0", lw.Hinge.locked())
     assert off(report.momentum_after, report.momentum_before) < 1e-12
     assert report.energy_after < report.energy_before

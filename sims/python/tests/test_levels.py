@@ -96,7 +96,7 @@ def test_a_package_works_with_the_builds_that_it_has(levels, tmp_path):
     best = max((level for level in levels if level in has), default="")
     assert python(FILE, folder=folder) == f"_linkwork{'_' * bool(best)}{best} linkwork._linkwork"
     said, *modules = python(WORKS, folder=folder).split()
-    # (I + m c²) ω̇ = −m g c sin q
+    # The equation of motion is (I + m c²) ω̇ = −m g c sin q.
     assert float(said) == pytest.approx(-9.81 * np.sin(0.5) / 2, rel=1e-12)
     assert modules == ["linkwork", "linkwork"]
     for level in levels:

@@ -59,7 +59,7 @@ def test_dynamics_are_consistent(seed):
     assert off(m.mass_matrix(q) @ vdot + m.bias_forces(q, v), tau) < 1e-12
     state = m.state(q, v)
     assert off(state.kinetic_energy(), 0.5 * v @ m.mass_matrix(q) @ v) < 1e-13
-    # Power: dE/dt = τ·v, along the motion.
+    # The power satisfies dE/dt = τ·v along the motion.
     h = 1e-6
     after, before = (m.state(m.integrate(q, s * v), v + s * vdot) for s in (h, -h))
     total = [s.kinetic_energy() + s.potential_energy() for s in (after, before)]
@@ -87,7 +87,7 @@ def test_velocities_accelerations_and_momentum_are_derivatives(seed):
     still = m.state(q, v)
     still.inverse_dynamics(np.zeros(m.nv))
     assert off(still.acceleration("n3"), state.bias_acceleration("n3")) < 1e-12
-    # The inertia of the whole mechanism, seen from the base body: its lower right corner is the mass.
+    # The inertia is that of the whole mechanism at the base body: its lower right corner is the mass.
     inertia = state.subtree_inertia("b0")
     assert off(inertia, inertia.T) < 1e-14
     assert off(inertia[3:, 3:], m.total_mass * np.eye(3)) < 1e-13
@@ -172,7 +172,7 @@ def test_derivatives_against_differences(seed):
     many = m.inverse_dynamics_derivatives(np.array([q, q]), v, x)
     single = m.inverse_dynamics_derivatives(q, v, x)
     assert all(off(a, [b, b]) < 1e-12 for a, b in zip(many, single, strict=True))
-    # Wrenches exclude lanes: the same numbers by another path.
+    # Calls with wrenches do not use lanes, so the same numbers are computed in another way.
     none = {"n1": np.zeros(6)}
     loop = m.inverse_dynamics_derivatives(np.array([q, q]), v, x, wrenches=none, threads=2)
     assert all(off(a, [b, b]) < 1e-13 for a, b in zip(loop, single, strict=True))
@@ -231,7 +231,7 @@ def test_many_states_equal_single_ones(bodies):
         assert off(many, single) < 1e-12, f.__name__
         for threads in (2, 5, 10**9):
             assert np.array_equal(f(*args, threads=threads), many), f.__name__
-    # One row for all, and no rows.
+    # The inputs are one row for all states, and no rows.
     assert off(m.forward_dynamics(Q, V[0], T), m.forward_dynamics(Q, np.tile(V[0], (n, 1)), T)) == 0
     assert m.mass_matrix(Q[:0]).shape == (0, m.nv, m.nv)
 
@@ -408,7 +408,7 @@ def test_small_integration_conserves_and_takes_torques():
 
     with pytest.raises(KeyError, match="mine"):
         m.simulate(q, v, 1e-3, 5, torque=fails)
-    # A damped pendulum compared with small angles: x'' + 2 d x' + w² x = 0.
+    # A damped pendulum with a small amplitude satisfies x'' + 2 d x' + w² x = 0.
     p = pendulum()
     w2, d = 9.81 / 0.7, 0.1 / (2 * 2.0 * 0.49)
     t, qs, _ = p.simulate([1e-4], [0.0], 1e-3, 2000, torque=lambda t, q, v: -0.1 * v)
@@ -443,7 +443,7 @@ def test_other_threads_run_meanwhile():
     worker.join()
     begin, end = spans[0]
     during = [t for t in ticks if begin < t < end]
-    # With the lock held, there would be none, or one at either end.
+    # If the call held the lock, there would be no tick, or one at either end.
     assert end - begin > 0.02, "too short to tell"
     assert len(during) > 5, (len(during), end - begin)
     # Two threads on one mechanism do not disturb each other.

@@ -126,7 +126,7 @@ def test_calls_keep_no_memory(name):
         call()
     gc.collect()
     grown = resident() - before
-    # One retained number per call would be 10 MB.
+    # A single number that is kept per call would be 10 MB.
     assert grown < 2**20, f"{grown / CALLS:.1f} bytes a call"
 
 

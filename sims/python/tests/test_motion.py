@@ -67,7 +67,7 @@ def test_rounded_corners_that_touch_are_refused():
     rail = rail.body("y", "x", lw.Hinge.slider([0, 1, 0]), mass=1, inertia=np.eye(3)).build()
     ball = lw.Collider.sphere("ball", "y", 0.02)
     r = lw.Robot(rail, chains={"cart": ("world", "y")}, colliders=[wall, ball])
-    # Around the inner side of a corner.
+    # The path goes around the inner side of a corner.
     way = [[-1.0, 0.06], [0.06, 0.06], [0.06, -1.0]]
     assert r.time_parameterize(way, acceleration=1.0, rate=1.0).duration > 0
     with pytest.raises(lw.LinkworkError, match="ball.*wall|wall.*ball"):
@@ -85,7 +85,8 @@ def test_moves_with_limits_of_jerk():
     assert np.allclose(q[-1], [0.9, -0.5, 0.3]) and np.allclose(rates[-1], [0.1, 0, 0.2], atol=1e-9)
     assert (np.abs(rates) <= np.array(v) + 1e-9).all() and (np.abs(accelerations) <= a + 1e-9).all()
     assert np.abs(np.diff(accelerations, axis=0)).max() <= 20.0 * t[1] + 1e-9
-    # From rest to rest by hand: 4 ∛(d/(2 j)) if neither rate nor acceleration is reached.
+    # The duration from rest to rest is 4 ∛(d/(2 j)) if neither rate nor acceleration reaches its
+    # limit.
     assert r.transfer([0.01, 0, 0], start=[0, 0, 0], rate=9, acceleration=9, jerk=1.0).duration == pytest.approx(4 * (0.01 / 2) ** (1 / 3))
     with pytest.raises(lw.LinkworkError, match="beyond its limits") as told:
         r.transfer([2.7, 0, 0], start=[2.6, 0, 0], v=[1.9, 0, 0], rate=2, acceleration=2, jerk=5)
@@ -143,7 +144,7 @@ def test_rates_in_order_within_guards():
     v, residuals = r.prioritized_joint_rates([{"arm": twist}, posture])
     J = r.jacobian("arm")
     assert np.allclose(J @ v, twist, atol=1e-8) and residuals[0] < 1e-8
-    # Of all suitable rates, those nearest to the posture.
+    # Of all suitable rates, the result must be the nearest to the posture.
     want = posture + np.linalg.pinv(J) @ (twist - J @ posture)
     assert np.allclose(v, want, atol=1e-6)
     w, _ = r.manipulability("arm")

@@ -36,7 +36,7 @@ def test_results_are_written_where_they_are_wanted(arm, name, many):
     expected, out = call(), np.full(shape, np.nan)
     assert call(out=out) is out and np.array_equal(out, expected)
     assert call(out=None) is not out
-    # A part of a larger array.
+    # The result is written to a part of a larger array.
     whole = np.zeros((2,) + shape)
     call(out=whole[1])
     assert np.array_equal(whole[1], expected) and not whole[0].any()

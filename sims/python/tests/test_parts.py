@@ -56,7 +56,7 @@ def write(tmp_path, params='"k": 3', bind='"shaft": "hinge:wheel", "torque": "hi
 def test_a_part_runs_in_its_place_and_at_its_rate(tmp_path):
     sim = lw.Simulation(write(tmp_path), models={"t.part": Counter})
     sim.run_until(0.25)
-    # Sample 12 is at 0.24 s; its consequences are of the same tick.
+    # Sample 12 is at 0.24 s; the other parts use its outputs at the same tick.
     want = 3 * np.sin(2 * np.pi * 0.24)
     assert abs(sim["Part.y"] - want) < 1e-12 and abs(sim["After.y"] - 2 * want) < 1e-12
     assert np.allclose(sim["Part.pair"], [0.24, 13])
@@ -111,7 +111,7 @@ def test_exceptions_stop_the_run_with_path_time_and_cause(tmp_path):
     with pytest.raises(lw.LinkworkError, match="t = 0.32 s: .*Part.*KeyError: 'no map'") as caught:
         sim.run()
     assert isinstance(caught.value.__cause__, KeyError)
-    # Ctrl-C in a part acts as Ctrl-C.
+    # Ctrl-C in a part interrupts the run like Ctrl-C elsewhere.
     class Stopped(Counter):
         def step(self, t, u):
             if t > 0.5:
@@ -215,7 +215,7 @@ def test_the_example_balances_its_pole(at_source):
     sim, log = run.main()
     assert abs(log["pole.angle"][-1]) < 2e-3 and abs(sim["cart.displacement"] - 1.0) < 0.02
     assert np.abs(log["Controller.force"]).max() <= 20.0
-    # Interrupted by checkpoints, the run is the same.
+    # A run that checkpoints interrupt is the same.
     other = lw.Simulation(
         at_source / "sims/python_controller/cart_pole.ron", models={"demo.balance": run.Balance}
     )

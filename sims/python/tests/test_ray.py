@@ -35,7 +35,7 @@ def cluster():
 
 
 def test_a_node_that_is_killed_leaves_no_trace(cluster, tmp_path):
-    # Workers are in other folders: paths must have the same meaning there.
+    # The workers are in other folders: relative paths must mean the same there.
     file = os.path.relpath(campaign_file(tmp_path, runs=60))
     lw.Campaign(file).execute(tmp_path / "here", threads=2)
     killed = []
@@ -43,7 +43,7 @@ def test_a_node_that_is_killed_leaves_no_trace(cluster, tmp_path):
     def kill(done, failed, runs, left):
         if done >= 10 and not killed:
             node = list(cluster.worker_nodes)[0]
-            # As in a power failure: the others are not notified.
+            # The node disappears as in a power failure: the others are not notified.
             cluster.remove_node(node, allow_graceful=False)
             killed.append(done)
             cluster.add_node(num_cpus=1, object_store_memory=STORE)
@@ -83,7 +83,7 @@ def test_a_driver_that_is_killed_goes_on_by_its_journal(cluster, tmp_path):
     assert seen[-1] == (60, 60 - ended.count("until"), 60, 0.0)
     lw.Campaign(file).execute(tmp_path / "here", threads=2)
     assert files_of(out) == files_of(tmp_path / "here")
-    # A campaign started in one way and completed in the other: nothing remains to be done.
+    # The campaign was started in one way and completed in the other: no run is left.
     assert lw.Campaign(file).execute(out).done == 60
 
 
@@ -96,7 +96,7 @@ def test_what_a_worker_refuses_is_told_in_its_words(cluster, tmp_path):
     for wrong, text in [({"chunk": 0}, "`chunk`"), ({"retries": -1}, "`retries`"), ({"cpus": 0}, "`cpus`")]:
         with pytest.raises(lw.LinkworkError, match=text):
             linkwork.ray.execute(campaign, tmp_path / "out", **wrong)
-    # The folder is free again.
+    # The folder is free again afterwards.
     campaign._gather(tmp_path / "out").finish()
 
 
@@ -111,8 +111,9 @@ for text in (linkwork.ray.__doc__, linkwork.ray.execute.__doc__):
 
 
 def test_examples_of_the_docstrings_run(tmp_path):
-    # In a process and with a cluster of their own, as a reader of them would; in a folder to write in. Without "local" `ray.init` would
-    # join the cluster of the other tests, whose killed node is told in the midst of an example.
+    # The examples run in their own process and cluster, as for a reader, and in a folder to which they can write.
+    # Without "local" `ray.init` would join the cluster of the other tests, whose killed node would be reported in the
+    # middle of an example.
     for name in ("sims", "assemblies"):
         (tmp_path / name).symlink_to(SOURCE / name)
     environment = os.environ | {"RAY_ADDRESS": "local", "RAY_USAGE_STATS_ENABLED": "0"}

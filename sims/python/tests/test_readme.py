@@ -18,7 +18,7 @@ def test_examples_run_as_written(page, tmp_path, monkeypatch, capsys):
     text = (SOURCE / page).read_text()
     blocks = re.findall(r"^```python\n(.*?)^```$", text, re.M | re.S)
     assert blocks, f"{page} has no examples"
-    # The folder in which the examples find their files and may write.
+    # This is the folder in which the examples find their files and may write.
     for name in ("sims", "assemblies"):
         (tmp_path / name).symlink_to(SOURCE / name)
     monkeypatch.chdir(tmp_path)

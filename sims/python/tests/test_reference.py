@@ -52,7 +52,7 @@ class Robot:
         for name in self.joints:
             q, v = rows[name].q, rows[name].v
             self.qs += range(q.start, q.stop)
-            # Theirs is [v; ω], ours [ω; v].
+            # The reference has [v; ω], Linkwork [ω; v].
             n = v.stop - v.start
             self.vs += [v.start + i for i in ([3, 4, 5, 0, 1, 2] if n == 6 else range(n))]
 
@@ -88,8 +88,8 @@ def case(request):
     return Robot(request.param)
 
 
-# Measured 9e-15 at most, and 3.4e-13 for the inverse of the mass matrix, whose reference is a
-# solution of its own.
+# Measured: at most 9e-15, and 3.4e-13 for the inverse of the mass matrix, whose reference is a
+# separate solution.
 TOL = 1e-12
 
 
@@ -124,7 +124,7 @@ def test_external_wrenches(case):
         assert off(state.forward_dynamics(tau), forward) < 1e-14
         state.clear_wrenches()
         assert off(state.forward_dynamics(tau), case.v(s["aba"])) < TOL
-        # In a batch, each state has them once.
+        # In a batch, the wrenches act once on each state.
         many = m.inverse_dynamics(np.array([q] * 3), v, vdot, wrenches=wrenches)
         assert off(many, [inverse] * 3) < 1e-12
 
@@ -175,7 +175,7 @@ def test_jacobians_compliance_and_inverse(case):
             want = case.matrix(s["Minv_upper_rowmajor"])
             assert off(m.inverse_mass_matrix(q), want) < TOL
             assert off(m.apply_inverse_mass(q, v), want @ v) < TOL
-        # Their compliance is in the frames' own axes, [linear; angular], with the linear rows first.
+        # The compliance is in the axes of the frames, [linear; angular], with the linear rows first.
         state, blocks, turns = m.state(q), [], []
         for f in case.frames:
             R = state.pose(f)[:3, :3].T

@@ -109,7 +109,7 @@ def test_a_search_goes_on_in_portions_to_the_same_bits(portion):
         search = robot.begin_inverse_kinematics("arm", at, q=start, orientation_tolerance=1e-3)
         assert (search.outcome, search.kinematics, search.restart, search.residual) == ("unfinished", 0, 0, None)
         assert (search.q == start).all() and not search.advance(0)
-        # The search does not depend on what the robot does in the meantime.
+        # The search does not depend on later changes of the robot.
         robot.q = np.zeros(5)
         while not search.advance(portion):
             unfinished += 1
@@ -252,7 +252,7 @@ def test_two_tips_at_once_in_the_world_and_as_one_sees_the_other():
             assert search.kinematics <= robot.worst_case_steps(together=True)
             for X, Y in zip(tips(robot, q), (left, right), strict=True):
                 assert np.abs(X - Y).max() < 1e-8
-    # Seen from its own base, with the other arm fixed.
+    # The target is in the base of the arm, and the other arm is fixed.
     start = robot.q
     near = tips(robot, start)[0][:3, 3] * 0.95
     q = robot.inverse_kinematics_together({"left": near}, keep=["right"])
@@ -479,7 +479,7 @@ def test_an_object_with_joints_is_the_same_as_a_mechanism_that_has_it():
         other = robot.copy()
         other.set_object_q("handle", [0, 0])
         assert robot.object_q("handle").tolist() == theta.tolist() and other.gravity_forces().tolist() != robot.gravity_forces().tolist()
-    # Released, it stays where it is, and loads nobody.
+    # The released object stays where it is, and its weight loads no arm.
     assert np.abs(robot.object_body_pose("handle", "ring") - there).max() < 1e-15
     assert (robot.gravity_forces().tolist(), robot.mass_matrix().tolist(), robot.center_of_mass()[0]) == before
     robot.put("handle", np.eye(4))
@@ -580,7 +580,7 @@ def test_the_solution_that_is_liked_best():
     first = robot.inverse_kinematics("arm", at, q=q)
     best, told = robot.inverse_kinematics_best("arm", at, q=q, starts=12)
     assert told == pytest.approx(cost(best), rel=1e-9) and told <= cost(first)
-    # No motion along the null space is better.
+    # No motion along the null space has a lower cost.
     other = robot.copy()
     other.q = best
     assert np.abs(other.tip_pose("arm")[:3, 3] - at).max() < 1e-8
@@ -606,7 +606,7 @@ def test_rates_of_a_tip():
     twist = J @ [0.1, -0.2, 0.3]
     v, missing = robot.joint_rates("arm", twist)
     assert np.abs(J @ v - twist).max() < 1e-9 and max(missing) < 1e-9
-    # Motions out of the plane are missing; rates stay within their limits.
+    # The arm is planar, so motions out of the plane are missing; rates stay within their limits.
     v, (linear, angular) = robot.joint_rates("arm", [0, 0, 0, 0, 0.2, 0])
     assert linear == pytest.approx(0.2) and angular < 1e-9
     v, (linear, _) = robot.joint_rates("arm", 50 * twist)
@@ -635,7 +635,7 @@ def test_a_battery_goes_with_its_driver():
     robot.detach("battery")
     robot.ungrasp("driver")
     assert robot.gravity_forces().tobytes() == bare.tobytes()
-    # A jaw that carries: the object moves with the jaw.
+    # The object is attached to a jaw, and moves with it.
     body = lw.Builder().body("pliers", "world", lw.Hinge.free(), **block)
     pliers = body.body("jaw", "pliers", lw.Hinge.pin([0, 0, 1]), **block).build()
     fitter = lw.Robot(arm, chains={"arm": ("world", "hand")}, objects={"pliers": pliers, "nut": (0.1, [0, 0, 0], np.eye(3) / 1e4)}, colliders=[])
@@ -657,7 +657,7 @@ def test_ellipsoid_bias_and_forces_of_two_hands():
     v = np.array([0.4, -0.9])
     tau, tips = robot.bias(v, ["arm"])
     assert np.allclose(tau, robot.feed_forward(v, [0, 0]), atol=1e-14)
-    # The acceleration of the tip on a circle about its base: towards the base.
+    # The tip moves on a circle about its base, so its acceleration points to the base.
     expected = [0, 0, 0, -0.4 * np.cos(0.3) * v[0] ** 2, -0.4 * np.sin(0.3) * v[0] ** 2, 0]
     assert np.allclose(tips[0], expected, atol=1e-14)
     assert np.array_equal(robot.jacobian("arm", whole=True), J)

@@ -59,7 +59,7 @@ def test_parts_objects_and_bodies_stand_for_their_colliders():
     robot.pad("ball upper", 0.0)
     assert gap("ball upper") == before[0]
     robot.pad("arm", 0.0)
-    # The hand's coarse shape reaches the post; the others have none.
+    # Only the coarse shape of the hand touches the post.
     assert not robot.collides(q)
     robot.set_detail("coarse", of="arm")
     assert robot.hits(q) == [("ball hand", "post")]

@@ -37,7 +37,7 @@ def test_a_motion_is_there_row_by_row(tmp_path):
     # The viewer uses single precision.
     assert np.allclose(places, [s.position("tool") for s in states], atol=1e-6)
     assert np.allclose(turns, [s.quaternion("tool") for s in states], atol=1e-6)
-    # Each visual shape of the file, once.
+    # Each visual shape of the file appears once.
     shapes = {(s["body"], s["name"]): s for s in arm._shapes()}
     assert len(shapes) > 5 and all(f"/bodies/{b}/{n}" in found for b, n in shapes)
     one = shapes["forearm", "1"]
@@ -61,7 +61,7 @@ def test_without_shapes_bodies_are_the_boxes_of_their_inertia(tmp_path):
             [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
         ]
     )
-    # The half edges along the body's axes.
+    # These are half the edges along the axes of the body.
     assert np.allclose(np.abs(turn) @ half, 0.5 * np.array([0.2, 0.1, 0.6]), atol=1e-6)
     assert np.allclose(column(found, "Transform3D:translation"), [[0.1, 0, -0.3]], atol=1e-7)
 
@@ -82,7 +82,7 @@ def test_a_simulation_makes_a_film(tmp_path):
     assert np.allclose(column(chunks, "Transform3D:quaternion"), seen, atol=1e-6)
     times = [t for c in chunks for t in c.to_record_batch().column("time").to_pylist()]
     assert times[-1].total_seconds() == pytest.approx(1.0)
-    # In another recording it begins again, with the shapes.
+    # Another recording begins from the start, with the shapes.
     sim.show(path=tmp_path / "other.rrd")
     assert any(e.startswith("/bodies/bob/") for e in recorded(tmp_path / "other.rrd"))
 

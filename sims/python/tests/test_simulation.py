@@ -23,7 +23,7 @@ def test_a_pendulum_against_an_independent_integration():
     assert (sim.time, sim.dt, sim.until) == (0.0, 0.001, 20.0)
     log = sim.log(["bob"], rate=100)
     sim.run_until(3)
-    # RK4 for the textbook's equation.
+    # The reference is RK4 for the equation of the textbook.
     inertia, damping, g = 1.0 + 0.4 * 0.1**2, 0.05, 9.80665
 
     def f(y):
@@ -41,7 +41,7 @@ def test_a_pendulum_against_an_independent_integration():
     want = np.array(rows)
     assert log.rows == 301 and off(log.t, np.arange(301) / 100) < 1e-15
     assert off(log["bob.angle"], want[:, 0]) < 1e-12 and off(log["bob.rate"], want[:, 1]) < 1e-12
-    # The same with only the mechanism.
+    # The mechanism alone gives the same motion.
     m = sim.mechanism
     assert off(m.gravity, [0, 0, -9.80665]) == 0.0
     _, qs, _ = m.simulate([np.pi / 3], [0.0], h, 3000, torque=lambda t, q, v: -damping * v)
@@ -161,7 +161,7 @@ def test_variables_are_read_and_set():
     assert (v.unit, v.role, v.part, v.path) == ("rad/s", "state", "bob", "bob.rate") and v.doc
     assert "bob.rate" in sim and "bob.speed" not in sim
     assert sim.variables("Friction.**").keys() == {"Friction.shaft.angle", "Friction.shaft.rate", "Friction.torque", "Friction.energy", "Friction.loss"}
-    # The mechanism is a part like the others.
+    # The list of parts includes the mechanism.
     assert sim.parts == ["Friction", "Mechanism"]
     table = sim._repr_html_()
     assert f"t = {sim.time} s of" in table and "step 1 ms (1000 Hz)" in table and table.count("<tr>") == 3
@@ -239,7 +239,7 @@ def test_refusals():
     ):
         with pytest.raises(lw.LinkworkError, match=text):
             call()
-    # All mistakes of a file at once, each with its position.
+    # The error lists all mistakes of a file, each with its position.
     with pytest.raises(lw.LinkworkError) as e:
         lw.Simulation(PENDULUM, {"Friction.dampin": 1, "step": "0 s"})
     assert "dampin" in str(e.value) and "step is zero" in str(e.value)
@@ -251,7 +251,7 @@ def test_a_time_that_lies_behind_is_refused():
     hash = sim.state_hash
     with pytest.raises(lw.LinkworkError, match="is already at 1.5 s, after 1 s"):
         sim.run_until(1)
-    # The present tick is not an earlier step: nothing remains to be done.
+    # The present tick is not an earlier step, so the call returns at once.
     sim.run_until(1.5)
     sim.run_until(1.4995)
     assert (sim.time, sim.state_hash) == (1.5, hash)

@@ -40,7 +40,7 @@ pub struct Body {
 
 /// y and z the other way.
 fn turned([x, y, z]: [f64; 3]) -> [f64; 3] {
-    // No negative zeros.
+    // The sums avoid negative zeros.
     [x + 0.0, 0.0 - y, 0.0 - z]
 }
 
@@ -178,7 +178,7 @@ impl Body {
             ];
         }
         if self.joint == Joint::Free {
-            // Sides a, b, c of the box: 12 J_xx = m (b² + c²), and so on.
+            // The sides a, b, c of the box follow from 12 J_xx = m (b² + c²), and so on.
             let [x, y, z, ..] = self.inertia;
             let side = |s: f64| ((6.0 * s / self.mass).sqrt() * 1000.0).round() / 1000.0;
             let sides = [side(y + z - x), side(z + x - y), side(x + y - z)];

@@ -53,7 +53,7 @@ def fly(step: float) -> tuple[np.ndarray, float]:
 if __name__ == "__main__":
     fine, _ = fly(1.0 / 64.0)
     half, _ = fly(1.0 / 32.0)
-    # Wired so, its error falls with the first power of the step: the limit follows from the last two.
+    # In this wiring the error is of first order in the step: the limit follows from the last two.
     limit = 2.0 * fine - half
     coarse, _ = fly(1.0)
     _, each = fly(1.0 / 16.0)

@@ -143,7 +143,7 @@ def three_wheels():
     torque.controlAxes_B = [1, 0, 0, 0, 1, 0, 0, 0, 1]
     sim.AddModelToTask("task", torque, 4)
     effector.rwMotorCmdInMsg.subscribeTo(torque.rwMotorTorqueOutMsg)
-    # What Python made and C++ points at stays alive with the simulation.
+    # The C++ side points to these Python objects, so the simulation keeps them.
     sim.kept = (craft, effector, nav, reference, error, control, torque, parameters, factory)
     return sim, craft
 

@@ -49,11 +49,11 @@ def drive():
     builder = DiagramBuilder()
     command = builder.AddSystem(ConstantVectorSource([2.0]))
     for _ in range(6):
-        # e = r − y:  ż = e, u = 4 e + 20 z
+        # The controller is e = r − y:  ż = e, u = 4 e + 20 z.
         control = builder.AddSystem(LinearSystem([[0.0]], [[1.0, -1.0]], [[20.0]], [[4.0, -4.0]]))
-        # L di/dt = u − R i − k ω, τ = k i
+        # The motor is L di/dt = u − R i − k ω, τ = k i.
         motor = builder.AddSystem(LinearSystem([[-400.0]], [[200.0, -20.0]], [[0.1]], [[0.0, 0.0]]))
-        # J ω̇ = τ − b ω
+        # The wheel is J ω̇ = τ − b ω.
         wheel = builder.AddSystem(LinearSystem([[-1.0]], [[20.0]], [[1.0]], [[0.0]]))
         encoder = builder.AddSystem(ZeroOrderHold(STEP, 1))
         error, terminals = builder.AddSystem(Multiplexer(2)), builder.AddSystem(Multiplexer(2))

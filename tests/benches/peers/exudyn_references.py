@@ -86,7 +86,8 @@ def four_bars(windows, end, step):
     sensors = [body_sensor(mbs, uprights[0][0], [0.5, 0, 0], k) for k in kinds]
     mbs.Assemble()
     s = settings(end, step, end, radius=0.95)
-    # Near the singular positions an old Jacobian does not serve, and many bars come no closer.
+    # Near the singular positions Newton's method does not converge with an old Jacobian, and with
+    # many bars it does not reach the default tolerances.
     s.timeIntegration.newton.useModifiedNewton = False
     if windows > 2:
         s.timeIntegration.newton.relativeTolerance = 1e-8
@@ -106,7 +107,7 @@ def bricard_system():
     bodies = [mbs.AddObject(eu.ObjectGround())]
     for i in range(5):
         along = np.subtract(corners[i + 1], corners[i]).astype(float)
-        # A frame whose x axis lies along the rod; the section is square.
+        # The x axis of the frame is along the rod; the section is square.
         y = np.roll(along, 1)
         turn = np.array([along, y, np.cross(along, y)]).T
         bodies.append(
@@ -207,7 +208,8 @@ def tree(times, step):
     """The same from Exudyn's kinematic tree (minimal coordinates) and its RK44."""
     mbs = empty()
     ground = mbs.AddObject(eu.ObjectGround())
-    # Shaft, slider, rods; angles of the rods from the horizontal, positive downward.
+    # The coordinates are shaft, slider and rods; the angles of the rods are from the horizontal,
+    # positive downward.
     reference = [0, 0.5, np.radians(30), -np.radians(30)]
     node = mbs.AddNode(
         eu.NodeGenericODE2(
@@ -273,7 +275,7 @@ def series(name, solve, steps, order=2):
 
 
 GOVERNOR_TIMES = np.arange(1, 101) / 10
-# The rows of them that are kept: 0.1, 0.2, 0.3, 0.5, 1, 2, 5, 10 s.
+# These rows are kept: 0.1, 0.2, 0.3, 0.5, 1, 2, 5, 10 s.
 KEPT = [0, 1, 2, 4, 9, 19, 49, 99]
 PROBLEMS = {
     "four_bars": lambda: [

@@ -38,7 +38,8 @@ pinocchio() {
     "$dir/venv/bin/pip" install --quiet 'pin>=4.1,<5' 'coal>=3,<4' cmeel-eigen
     prefix=$("$dir/venv/bin/python" -c \
         'import sysconfig, os; print(os.path.join(sysconfig.get_paths()["purelib"], "cmeel.prefix"))')
-    # Two builds: this processor's best, and the instructions that Linkwork is built for.
+    # There are two builds: the best for this processor, and one for the instructions that Linkwork
+    # is built for.
     best=
     for arch in native x86-64-v3; do
         case $(uname -m)-$arch in x86_64-* | *-native) ;; *) continue ;; esac
@@ -65,7 +66,8 @@ pinocchio() {
         "$here/pinocchio_constrained.cpp" -o "$dir/pinocchio_constrained"
     echo "built: $dir/pinocchio_constrained"
     echo "run:   LINKWORK_PINOCCHIO_CONSTRAINED=$dir/pinocchio_constrained cargo bench -p linkwork-solvers --bench constrained"
-    # libcoal is made for any x86-64 processor, and what it is given has to be aligned as it expects: no -march.
+    # libcoal is built for any x86-64 processor and expects its arguments with that alignment, so there is no
+    # -march.
     "$cxx" -std=c++17 -O3 -DNDEBUG -Wno-deprecated-declarations \
         -DBOOST_MPL_LIMIT_LIST_SIZE=30 -DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS \
         -DBOOST_FUSION_INVOKE_MAX_ARITY=12 \
@@ -77,7 +79,8 @@ pinocchio() {
     clik
 }
 
-# Inverse kinematics by Levenberg and Marquardt on Pinocchio: a program of the reference data, which lie beside the project.
+# The inverse kinematics by Levenberg and Marquardt on Pinocchio is a program of the reference data, which are next to
+# the project.
 clik() {
     definitions=$here/../../../../shared/reference/robodarts/bench
     if [ ! -f "$definitions/clik.cpp" ]; then

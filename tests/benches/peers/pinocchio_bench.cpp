@@ -42,9 +42,9 @@ namespace pin = pinocchio;
 
 constexpr int kStates = 64;
 constexpr int kRepeats = 15;
-constexpr double kSlice = 0.01;  // seconds of one repeat
+constexpr double kSlice = 0.01;  // The time of one repeat, s.
 
-// The best of several repeats, each over all states as often as fits the slice.
+// The result is the best of several repeats, each over all states as often as fits the slice.
 template <class F>
 double best_ns(F&& call) {
   using Clock = std::chrono::steady_clock;
@@ -61,14 +61,14 @@ double best_ns(F&& call) {
   return 1e9 * best;
 }
 
-// What callgrind collects.
+// Callgrind only counts the instructions in this function.
 __attribute__((noinline)) void counted(const std::function<void(int)>& call, int calls) {
   for (int i = 0; i < calls; ++i) call(i % kStates);
 }
 
-// Times the fastest variant of an algorithm, or lets each be counted.
+// Times the fastest variant of an algorithm, or runs each variant for callgrind.
 struct Measure {
-  int calls = 0;  // 0: time
+  int calls = 0;  // Zero means that the time is measured.
 
   template <class... F>
   void operator()(const char* what, F&&... variants) const {
@@ -78,7 +78,7 @@ struct Measure {
       say(what, std::min({best_ns(variants)...}));
     }
   }
-  // Callgrind dumps what it collected at each return.
+  // Callgrind writes its counts at each return.
   __attribute__((noinline)) void count(const char* what,
                                        const std::function<void(int)>& call) const {
     for (int i = 0; i < calls; ++i) call(i % kStates);

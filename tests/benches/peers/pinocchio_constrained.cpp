@@ -26,8 +26,8 @@
 namespace pin = pinocchio;
 
 constexpr int kRepeats = 9;
-constexpr double kSlice = 0.005;  // seconds of one repeat
-constexpr double kTolerance = 1e-6;  // beyond it a variant is not timed
+constexpr double kSlice = 0.005;  // The time of one repeat, s.
+constexpr double kTolerance = 1e-6;  // A variant with a larger difference is not timed.
 constexpr double kAccuracy = 1e-10;
 constexpr int kIterations = 50;
 
@@ -64,7 +64,7 @@ Mechanism read(std::istream& in) {
       const pin::SE3 A = place();
       in >> b;
       const pin::SE3 B = place();
-      // The first joint must not be the world: constrained ABA knows no other.
+      // Constrained ABA requires that the first joint is not the world.
       const auto type = rows == 3 ? pin::CONTACT_3D : pin::CONTACT_6D;
       if (a == 0)
         out.loops.emplace_back(type, model, b, B, a, A, pin::LOCAL);
@@ -109,7 +109,7 @@ Mechanism read(std::istream& in) {
   return out;
 }
 
-// Checks, then times, one variant: `call(state)` gives the accelerations.
+// Checks and then times one variant: `call(state)` returns the accelerations.
 template <class F>
 void measure(const char* name, double mu, const Mechanism& m, F&& call) {
   const int states = int(m.q.size());
@@ -117,7 +117,7 @@ void measure(const char* name, double mu, const Mechanism& m, F&& call) {
   for (int i = 0; i < states; ++i) {
     const Eigen::VectorXd& a = call(i);
     const double d = (a - m.a[i]).lpNorm<Eigen::Infinity>() / m.a[i].lpNorm<Eigen::Infinity>();
-    if (!(d <= off)) off = d;  // NaN stays
+    if (!(d <= off)) off = d;  // The comparison is true for NaN, which is kept.
     if (!std::isfinite(off)) break;
   }
   if (!(off <= kTolerance)) {
@@ -139,7 +139,7 @@ void measure(const char* name, double mu, const Mechanism& m, F&& call) {
   std::fflush(stdout);
 }
 
-// Constrained ABA and PV: loops to the world only, all of one kind.
+// Constrained ABA and PV support only loops to the world, all of one kind.
 template <class Loop>
 void to_world(const Mechanism& m) {
   using LoopData = typename Loop::ConstraintData;

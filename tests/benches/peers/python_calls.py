@@ -142,7 +142,7 @@ def single_calls(folder):
         loop(theirs)()
         same(name, batch, out, 1e-6)
         row(name, lambda f=ours: f(Q, V, A, threads=2, out=batch), loop(theirs), target, calls=3, per=n)
-    # Pinocchio's own batches, where this build has them.
+    # Pinocchio's own batch functions are timed if this build has them.
     if hasattr(pin, "rneaInParallel"):
         pool = pin.ModelPool(model, 2)
         column = np.zeros((7, n), order="F")
@@ -178,7 +178,7 @@ def rollout(m, Q, V, path):
     state0 = np.zeros((n, mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS)))
     q0, v0 = Q[:n], 0.1 * V[:n]
     state0[:, 1:8], state0[:, 8:15] = q0, v0
-    # What it writes into is there before, as ours.
+    # The arrays for the results exist before the call, as in Linkwork's case.
     state = np.empty((n, steps, state0.shape[1]))
     sensor = np.empty((n, steps, model.nsensordata))
 

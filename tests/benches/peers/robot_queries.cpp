@@ -35,8 +35,8 @@
 
 namespace pin = pinocchio;
 
-// Microseconds a call: the median of pieces of ten calls, so that what another program takes of the processor does not count. All calls,
-// again until there are a hundred pieces.
+// The result is in microseconds per call. It is the median of groups of ten calls, so that other programs on the
+// processor do not affect it. All calls are repeated until there are a hundred groups.
 template <class F>
 double us(int calls, F&& call) {
   std::vector<double> pieces;
@@ -52,7 +52,7 @@ double us(int calls, F&& call) {
   return pieces[pieces.size() / 2];
 }
 
-// Stops at the first pair that touches; pairs that do not meet are passed over.
+// Stops at the first pair in contact; pairs that are excluded are skipped.
 struct First : coal::CollisionCallBackBase {
   const std::vector<char>* meet = nullptr;
   std::size_t shapes = 0;
@@ -94,7 +94,7 @@ int main(int argc, char** argv) {
     return pin::Inertia(mass, com, numbers(Eigen::Matrix3d()));
   };
 
-  // Where each body is: its joint, and its pose there.
+  // The place of each body is its joint, and its pose in the joint.
   struct Place {
     pin::JointIndex joint;
     pin::SE3 pose;
@@ -216,7 +216,8 @@ int main(int argc, char** argv) {
     hits[k] = first.hit ? '1' : '0';
   });
 
-  // One functor for each pair, as Pinocchio's geometry data has them; boxes about the shapes first.
+  // There is one functor for each pair, as in Pinocchio's geometry data; bounding boxes are tested
+  // first.
   std::vector<coal::ComputeCollision> collide;
   std::vector<coal::ComputeDistance> distance;
   for (const auto& [i, j] : pair) {
@@ -256,7 +257,7 @@ int main(int argc, char** argv) {
     }
   });
 
-  // A body in the hand: the documented way is another model. Its data are needed, too.
+  // The documented way to add a body in the hand is another model, which needs its own data.
   std::size_t joints = 0;
   const double grasp_us = us(200, [&](int) {
     pin::Model with = model;
@@ -272,6 +273,6 @@ int main(int argc, char** argv) {
 
   std::printf("tree %.4f stop %.4f all %.4f distances %.4f grasp %.4f rnea %.4f hits %s\n", tree_us, stop_us, all_us,
               distances_us, grasp_us, rnea_us, hits.c_str());
-  // What was computed is used.
+  // The output prevents that the compiler removes the computations.
   std::fprintf(stderr, "%d %zu %g\n", found, joints, sum);
 }

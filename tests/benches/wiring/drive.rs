@@ -141,7 +141,7 @@ pub fn catalogue() -> Vec<Entry> {
 }
 
 pub fn six_wheels() -> Spec {
-    let mut spec = Spec::default(); // RK4, 1 ms
+    let mut spec = Spec::default(); // The default is RK4 with 1 ms.
     spec.parts.push(part("command", "drive.command", None));
     for w in 1..=6 {
         for kind in ["controller", "motor", "wheel", "encoder"] {

@@ -27,7 +27,7 @@ pub fn catalogue() -> Catalogue {
 
 /// The pages with Rust examples.
 #[cfg(doctest)]
-#[allow(rustdoc::invalid_codeblock_attributes)] // `ron,file=PATH` is for another test.
+#[allow(rustdoc::invalid_codeblock_attributes)] // Another test reads `ron,file=PATH`.
 mod pages {
     #[doc = include_str!("../../../framework/book/src/rust.md")]
     mod rust {}

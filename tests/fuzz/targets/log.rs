@@ -5,7 +5,7 @@ use libfuzzer_sys::fuzz_target;
 use linkwork_record::{export_parquet, read_log_contents};
 
 fuzz_target!(|bytes: &[u8]| {
-    // In memory where the system has such a folder.
+    // The files are in memory if the system has such a folder.
     let folder = std::path::PathBuf::from("/dev/shm");
     let folder = if folder.is_dir() { folder } else { std::env::temp_dir() };
     let name = |end: &str| folder.join(format!("linkwork-fuzz-{}.{end}", std::process::id()));

@@ -183,7 +183,7 @@ mod tests {
         sim.run_until(3.0).unwrap();
         assert_eq!((sim.get("Tanks.dry").unwrap(), sim.phase()), (1.0, "draining"));
         sim.run_until(5.0).unwrap();
-        // Dry at 2 s and 4 s; the fan runs up from then on.
+        // The tanks are empty at 2 s and 4 s; the fan speeds up from then on.
         assert_eq!((sim.get("Tanks.dry").unwrap(), sim.phase()), (2.0, "coasting"));
         assert_eq!(sim.get("Tanks.mass[2]").unwrap(), 2.0);
         let volts = 2.0 * (1.0 - (-1f64).exp());

@@ -40,7 +40,7 @@ fn branches(head: &str, text: &str, out: &mut Vec<String>) -> usize {
             match rest[at..].chars().next() {
                 None => return at,
                 Some('}') => return at + 1,
-                // `C as D` renames and names nothing else.
+                // `C as D` only renames an item.
                 _ if rest[at..].starts_with("as ") => {
                     let renamed = rest[at..].find([',', '}']);
                     at += renamed.unwrap_or(rest.len() - at);

@@ -48,7 +48,8 @@ pub fn parse(folder: &str, text: &str) -> Manifest {
                 .and_then(|(_, rest)| rest.trim_start().strip_prefix('='))
                 .and_then(|rest| rest.split('"').nth(1));
             let name = unquoted(renamed.unwrap_or(key));
-            // Optional and of a folder for tests: nobody has it who does not ask for it.
+            // An optional dependency on a folder for tests is only built on request, so it counts
+            // like one for tests.
             let dev = dev || (value.contains("optional = true") && value.contains("/tests/"));
             manifest.dependencies.push(Dependency { name, dev });
         }
@@ -176,7 +177,8 @@ pub const HOMES: [(&str, &str); 27] = [
 /// Heavy dependencies outside their home, tests included.
 pub fn homes(all: &[Manifest]) -> Vec<String> {
     let mut found = Vec::new();
-    // `tests/features` has no code: it names crates only to give them the same features everywhere.
+    // `tests/features` does not contain code: it names crates only to give them the same features
+    // everywhere.
     for m in all.iter().filter(|m| m.folder != "tests/features") {
         for d in &m.dependencies {
             let home = HOMES.iter().find(|(name, _)| match name.strip_suffix('*') {

@@ -21,7 +21,8 @@ pub fn file(path: &str, text: &str) -> Vec<String> {
     if path.ends_with(".rs") && !text.starts_with("//!") {
         found.push(format!("{path}:1: begin with `//!` and say what the file is for"));
     }
-    // Documentation of items does not count: the docstrings of Python are as long as they need to be.
+    // Documentation of items does not count, so that the docstrings of Python can be as long as
+    // necessary.
     let lines = text.lines().filter(|line| !line.trim_start().starts_with("///")).count();
     if lines > LINES_MAX {
         found.push(format!("{path}: {lines} lines; split it by idea (at most {LINES_MAX})"));

@@ -90,7 +90,7 @@ pub fn runs(entry: &Entry, services: &Services) -> Vec<String> {
         Err(_) => None,
     };
     let (Some(mut first), Some(mut again), Some(mut resumed)) = (rig(), rig(), rig()) else {
-        return found; // `builds` has said so.
+        return found; // `builds` has reported it.
     };
     let trace = first.trace(TICKS);
     if let Some(bad) = first.bad() {

@@ -177,11 +177,11 @@ pub fn params(entry: &Entry) -> Value {
             *value = better.into();
         }
     }
-    // Either `porosity` or `filling_time`.
+    // The model requires either `porosity` or `filling_time`.
     if &*d.name == "flight.canopy" {
         entries.push(("filling_time".into(), Value::Number(1.0).into()));
     }
-    // Either `panels` or `mesh`.
+    // The models require either `panels` or `mesh`.
     if matches!(&*d.name, "flight.panel_aerodynamics" | "flight.panel_radiation_pressure") {
         let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
         let entry = |key: &str, v: Value| (key.into(), v.into());

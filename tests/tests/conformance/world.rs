@@ -39,7 +39,7 @@ pub fn services() -> Services {
         density: 1500.0,
         friction: 0.6,
     };
-    // The body is as large and as heavy as Mars.
+    // The body has the size and the mass of Mars.
     let here =
         SiteParams { latitude: 0.3, longitude: -0.8, height: 0.0, heading: 0.2, turning: true };
     let world = WorldParams {

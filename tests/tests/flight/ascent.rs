@@ -264,7 +264,7 @@ fn two_stages_with_a_gravity_turn() {
     // The README states the altitude reached.
     let top = num(&all["rows"].as_array().unwrap().last().unwrap()[10]);
     assert!((top / 1e3 - 797.0).abs() < 0.5, "{top}");
-    // Real air above 86 km, which is an exponential in the reference.
+    // Above 86 km the air is the real one; in the reference it is an exponential.
     let thin = fly(&all, "environment.us76").last;
     let worth = (thin - f.last).norm();
     println!("the air above 86 km is worth {worth:.3} m");
@@ -309,18 +309,20 @@ fn a_launcher_reaches_its_orbit_phase_by_phase() {
                 // The target is 200 km by 200 km.
                 assert!((low / 1e3 - 194.9).abs() < 0.2 && (high / 1e3 - 205.1).abs() < 0.2);
                 assert!((tilt - 28.343).abs() < 2e-3 && (left - 4880.0).abs() < 20.0);
-                // Descending at the cutoff, which explains the ten kilometres between the apses.
+                // The vehicle descends at the cutoff, which explains the ten kilometres between the
+                // apses.
                 let sinks = -row[2] * row[3].to_radians().sin();
                 println!("{sinks} m/s downwards");
                 assert!((sinks - 6.0).abs() < 0.05, "{sinks}");
-                // Cut off at the target energy, to the picosecond, so the semi-major axis is exact.
+                // The engine is cut off at the target energy, to the picosecond, so the semi-major
+                // axis is exact.
                 assert!((0.5 * (low + high) - 200e3).abs() < 0.01, "{low} {high}");
             }
         }
     }
-    // Time, height, inertial speed, flight path angle.
+    // The columns are time, height, inertial speed and flight path angle.
     let want = [
-        // First row, at 0.1 s.
+        // The first row is at 0.1 s.
         ("programme", [0.1, -4.80, 409.05, 0.058]),
         ("gravity_turn", [22.0, -3.66, 435.6, 14.58]),
         ("staging", [136.61, 66.89, 2664.3, 30.28]),
@@ -345,7 +347,8 @@ fn a_launcher_that_runs_dry_says_so() {
     let mut sim = common::repository("ascent/sim.ron", &["kick=4.3 deg"]).unwrap();
     sim.run_until(seconds(600.0)).unwrap();
     assert_eq!(sim.phase(), "dry");
-    // The velocity missing for a circular orbit of 200 km when the propellant is exhausted, m/s, from the energy.
+    // The missing velocity for a circular orbit of 200 km when the propellant is exhausted, m/s, follows from the
+    // energy.
     let (mu, wanted) = (3.986_004_418e14, 6_578_137.0);
     let mut sim_again = common::repository("ascent/sim.ron", &["kick=4.3 deg"]).unwrap();
     while sim_again.phase() != "dry" {

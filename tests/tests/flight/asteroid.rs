@@ -48,19 +48,20 @@ fn a_spacecraft_touches_a_small_body_and_backs_away() {
     println!("{used} kg used; at the end {} at {}", over.0, over.1);
     assert!((velocity.z + 0.1).abs() < 5e-4 && (velocity.xy().norm() - 1.8e-3).abs() < 5e-4);
     assert!((miss - 0.004).abs() < 1e-3, "{miss}");
-    // Spring and damper decelerate the whole mass: z̈ = −(k z + c ż)/m from the touch speed.
+    // Spring and damper decelerate the whole mass from the touch speed by z̈ = −(k z + c ż)/m.
     let (k, c, mass) = (150.0_f64, 100.0, 1300.0 - used);
     let (w, zeta) = ((k / mass).sqrt(), c / (2.0 * (k * mass).sqrt()));
     let root = (1.0 - zeta * zeta).sqrt();
     let want = -velocity.z / w * (-zeta / root * zeta.acos()).exp();
     println!("stroke by the closed form {want} m");
     assert!((stroke / want - 1.0).abs() < 0.04, "{stroke} {want}");
-    // As in the README.
+    // These are the numbers of the README.
     let near = |x: f64, want: f64, within: f64| assert!((x - want).abs() < within, "{x} {want}");
     near(told[2].1, 1105.39, 0.05);
     near(last - first, 7.9, 0.3);
     near(force, 37.8, 1.0);
-    // 3.10 to 3.15 for tolerances from 1e-8 to 1e-11, because round-off can keep a jet open for one more second.
+    // The range is 3.10 to 3.15 for tolerances from 1e-8 to 1e-11, because round-off can keep a jet open for one
+    // more second.
     near(used, 3.13, 0.05);
     near(over.0.z, 115.0, 0.3);
     near(pointing, 0.086, 0.03);

@@ -36,7 +36,7 @@ fn a_balloon_floats_where_it_displaces_its_mass_and_comes_down_and_rises() {
     }
     let phases: Vec<&str> = told.iter().map(|t| t.0.as_str()).collect();
     assert_eq!(phases, ["ascent", "float", "venting", "descent", "dropping", "ascent_again"]);
-    // Total mass over the volume: envelope, gondola, ballast and gas.
+    // The density is the total mass over the volume: envelope, gondola, ballast and gas.
     let gas = sim.get("Balloon.gas").unwrap();
     let (first, then) =
         (height_of((18.0 + 9.0 + 3.0 + 3.6) / 3700.0), height_of((27.0 + gas) / 3700.0));

@@ -44,7 +44,7 @@ fn land(sim: &mut Simulation, after: f64) -> Landing {
         for (pull, name) in l.pulls.iter_mut().zip(["DrogueRiser.tension", "MainRiser.tension"]) {
             *pull = pull.max(number(sim, name));
         }
-        // Trapezoidal rule.
+        // The integral uses the trapezoidal rule.
         l.impulse += 0.5 * (t - last.0) * (load + last.1);
         l.force = l.force.max(load);
         last = (t, load);
@@ -67,7 +67,7 @@ fn land(sim: &mut Simulation, after: f64) -> Landing {
 fn a_capsule_comes_down_on_its_airbags() {
     let mut sim = repository("capsule_landing/sim.ron", &[]).unwrap();
     let l = land(&mut sim, 7.0);
-    // (phase, s, m), as in the README.
+    // The rows are phase, s and m, as in the README.
     let want = [
         ("fall", 0.02, 7497.2),
         ("mortar", 0.5, 7430.0),
@@ -91,7 +91,7 @@ fn a_capsule_comes_down_on_its_airbags() {
         assert!((found / 1e3 / kn - 1.0).abs() < 0.01, "{found} N for {kn} kN");
     }
     assert!((l.touch - 8.69).abs() < 0.02 && (l.base - 3.39).abs() < 0.05, "{l:?}");
-    // It does not bounce up, and lies on its base.
+    // The capsule does not bounce up, and stands on its base.
     let tilt = number(&sim, "Upright.tilt").to_degrees();
     assert!(l.up < 1.5 && tilt < 3.0, "{} m/s, {tilt} deg", l.up);
     assert!(get(&sim, "capsule.velocity").norm() < 1e-3);
@@ -109,7 +109,8 @@ fn without_vents_it_bounces() {
     while sim.phase() != "touchdown" {
         sim.step_event().unwrap();
     }
-    // Everything hangs on the parachutes: the weight equals their drag plus the small drag of the cabin.
+    // The parachutes carry the whole vehicle: the weight equals their drag plus the small drag of the
+    // cabin.
     let density = 2.0 * number(&sim, "Main.drag")
         / (number(&sim, "Main.drag_area") * number(&sim, "Main.airspeed").powi(2));
     assert!((density / 1.0824 - 1.0).abs() < 1e-3, "{density} kg/m3: of US76 at 1271 m");
@@ -118,7 +119,8 @@ fn without_vents_it_bounces() {
     let down = -get(&sim, "capsule.velocity").z;
     assert!((down / sink - 1.0).abs() < 0.01, "{down} m/s for {sink}");
     let l = land(&mut sim, 1.0);
-    // Gas that stays acts as a spring; the only losses are the parachutes' pull, which ends at the touch, and the air's drag.
+    // Without vents the gas acts as a spring; the only losses are the parachutes' pull, which ends at the touch, and
+    // the air's drag.
     assert!((l.up / l.touch - 1.0).abs() < 0.03, "{l:?}");
     assert!(l.force > 9e5, "{l:?}");
     sim.run_until(seconds(sim.time().ceil() as u64 as f64 + 9.0)).unwrap();

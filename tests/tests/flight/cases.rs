@@ -86,12 +86,13 @@ fn what_flows_between_tanks_keeps_momentum_and_centre_of_mass() {
         let drift = c - (c0 + p0 / 211.0 * 40.0);
         assert!(drift.norm() < 1e-3, "{drift}");
         if turning == 0.0 {
-            // The vehicle moves in the opposite direction.
+            // The vehicle moves opposite to the propellant.
             let back = -2.0 * moved / 211.0;
             let at = get(&sim, "craft.position").x;
             assert!((at - back).abs() < 2e-3, "{at} {back}");
         } else {
-            // Slower, because the moment of inertia about the common centre increases: 68 N m s and the spin of the parts.
+            // The rotation is slower, because the moment of inertia about the common centre increases: the angular
+            // momentum is 68 N m s and the spin of the parts.
             let spin = get(&sim, "craft.angular").z;
             assert!(spin < 0.5, "{spin}");
         }
@@ -201,7 +202,7 @@ fn springs_begin_within_their_stroke() {
     };
     refused(&text("separation_spring", "stroke", -0.1), &["0.100000 m behind", "stroke of 0.1 m"]);
     refused(&text("kickoff_spring", "length", 0.0), &["ends coincide", "no direction"]);
-    // ½ k s² is transferred to the body: √(k/m) s.
+    // The energy ½ k s² is transferred to the body, which gives the speed √(k/m) s.
     assert!((metrics(&text("separation_spring", "stroke", 0.0))("speed") - 1.0).abs() < 1e-6);
     assert!((metrics(&text("kickoff_spring", "length", 0.01))("speed") - 0.9).abs() < 1e-6);
 }
@@ -245,7 +246,7 @@ fn a_tank_that_blows_down_begins_with_what_it_has() {
         )
     };
     let get = metrics(&text(""));
-    // ẋ (V₀ + x/ρ) = c V₀: t = (x + x²/(2 ρ V₀))/c.
+    // From ẋ (V₀ + x/ρ) = c V₀ follows t = (x + x²/(2 ρ V₀))/c.
     let (c, gone) = (1000.0 / (220.0 * 9.80665), 100.0 - get("left"));
     let t = (gone + gone * gone / (2.0 * 1000.0 * 0.05)) / c;
     assert!((t / 90.0 - 1.0).abs() < 1e-6, "{gone} kg in {t} s");
@@ -328,7 +329,7 @@ fn an_inertial_unit_begins_as_it_continues() {
     );
     assert!(get("rate, first") == get("rate, last") && get("rate, first") != 0.0);
     assert!(get("force, first") == get("force, last") && get("force, first") != 0.0);
-    // 1e-4 and 1 °/h of spread.
+    // The deviations are 1e-4 and 1 °/h.
     let off = ["x", "y", "z"].map(|axis| get(axis) / 0.577_350_269 - 1.0);
     assert!(off.iter().all(|e| e.abs() < 5e-4 && *e != 0.0), "{off:?}");
     assert!(off[0] != off[1] && off[1] != off[2], "{off:?}");
@@ -384,7 +385,7 @@ fn negative_friction_and_noise_are_refused() {
 /// Initial state from orbital elements: after one revolution the spacecraft is back, and `flight.orbit` outputs the given elements.
 #[test]
 fn a_craft_starts_by_its_elements() {
-    // The period of Kepler's third law.
+    // The period follows from Kepler's third law.
     let period = std::f64::consts::TAU * (7e6f64.powi(3) / 3.986_004_418e14).sqrt();
     let text = |world: &str, initial: &str| {
         format!(

@@ -174,7 +174,7 @@ fn nesc_4_and_5_over_a_round_earth() {
         let (height, over_ground) =
             compare(number, &earth, r, Vec3::zeros(), (north_east_down(), rates));
         fell(number, height);
-        // Only the rotation of the Earth moves it to the east.
+        // The eastward velocity over the ground is only due to the rotation of the Earth.
         assert!((over_ground.x.abs() > 0.1) == (number == 5), "case {number}: {over_ground} m/s");
     }
 }
@@ -204,7 +204,8 @@ fn nesc_9_and_10_shot_to_the_east_and_to_the_north() {
     let north = (Vec3::x() + Vec3::z()) * speed;
     let (up_10, v_10) = compare(10, &earth, r, north, (ned, Vec3::x() * earth.rate));
     println!("cases 9, 10: {up_9:.1}, {up_10:.1} m high, {v_9:?}, {v_10:?} m/s");
-    // Higher when fired to the east, because the Earth's rotation helps (Eötvös), 2 ω v = 0.044 m/s² for 30 s; 20 m by ½ a t².
+    // The shot to the east is higher, because the Earth's rotation helps (Eötvös): 2 ω v = 0.044 m/s² for 30 s, which
+    // is 20 m by ½ a t².
     assert!((3000.0..4748.0).contains(&up_10) && (10.0..20.0).contains(&(up_9 - up_10)));
     assert!(v_9.x > 180.0 && v_9.y.abs() < 1e-9 && v_10.y > 180.0 && v_10.x.abs() < 2.0);
 }
@@ -224,12 +225,12 @@ fn brick(earth: &Earth, air_rate: Vec3, damping: f64) -> Vec<Brick> {
     let arms = Vec3::new(span, chord, span);
     let quat = |y: &[f64; 13]| Quat::from_quaternion(Quaternion::new(y[9], y[6], y[7], y[8]));
     let slope = |y: &[f64; 13]| {
-        // Translation in Earth-fixed axes, attitude in inertial ones.
+        // The translation is in Earth-fixed axes, the attitude in inertial ones.
         let (r, v) = (Vec3::new(y[0], y[1], y[2]), Vec3::new(y[3], y[4], y[5]));
         let (q, w) = (quat(y), Vec3::new(y[10], y[11], y[12]));
         let a = earth.gravity(&r) + earth.apparent(&r, &v);
         let against = w - q.inverse() * air_rate;
-        // C = C_q rate L/(2V), V ≥ 0.5 ft/s.
+        // The coefficient is C = C_q rate L/(2V), with V ≥ 0.5 ft/s.
         let speed = v.norm();
         let pressure = 0.5 * earth.density(earth.height(&r)) * speed * speed * area;
         let lengths = arms.component_mul(&arms) / (2.0 * speed.max(0.5 * FOOT));
@@ -283,7 +284,7 @@ fn nesc_2_a_tumbling_brick_beside_the_converged_attitude() {
 fn nesc_3_a_tumbling_brick_with_damping() {
     let mut ends = Vec::new();
     let turning = format!("air_rate=[0, 0, {EARTH_RATE:?}]");
-    // The file damps relative to the rotating air.
+    // In the file the damping is relative to the rotating air.
     for (air_rate, set) in [
         (EARTH_RATE, vec![]),
         (EARTH_RATE, vec![turning.as_str()]),
@@ -310,7 +311,8 @@ fn initial_states_are_those_of_the_workbook() {
     let name = "nesc/NESC_Initial_Conditions_Atmos.csv";
     let Some(text) = common::reference_text(name) else { return };
     let rows: Vec<Vec<&str>> = text.lines().map(|l| l.split(',').collect()).collect();
-    // The first row with this label at or below the one with that heading, in the column of the case: four columns of labels precede case 1.
+    // The result is in the first row with this label at or below the row with that heading, in the column of the case:
+    // four columns of labels precede case 1.
     let cell = |heading: &str, label: &str, case: usize| -> f64 {
         let from = rows.iter().position(|r| r[0].starts_with(heading)).unwrap();
         let row = rows[from..].iter().find(|r| r[1] == label).unwrap();
@@ -334,7 +336,7 @@ fn initial_states_are_those_of_the_workbook() {
         let r = Vec3::x() * (radius + height * FOOT);
         let found = get(&sim, &format!("{body}.position"));
         assert!((found - r).norm() < 1e-6, "case {case}: {found} {r}");
-        // North, east, down over the ground; W is up, east, north there.
+        // The velocity over the ground is given as north, east, down; W is up, east, north there.
         let [north, east, down] = ["Vnorth", "Veast", "Vdown"].map(of);
         let v = Vec3::new(-down, east, north) * FOOT + Vec3::y() * (rate * r.x);
         let found = velocity(&sim, body);

@@ -53,7 +53,8 @@ fn inertia_and_propulsion_of_nasas_files_have_the_numbers_of_the_report() {
     let brick =
         [("XMASS", 0.155_404_754 * SLUG), ("XIYY", 0.006_211_019 * SLUG_FOOT2), ("DXCG", 0.0)];
     gives("brick_inertia.dml", &[], &brick);
-    // Half of the first stage's propellant is burnt: means of full and empty; then the second stage alone, with a quarter of its propellant left.
+    // First half of the first stage's propellant is burnt, so its values are the means of full and empty; then the
+    // second stage is alone, with a quarter of its propellant left.
     let rocket = "two-stage_package/twostage_inertia.dml";
     let half = [("stagedFlag", 0.0), ("stg1fuelUsed", 90_000.0), ("stg2fuelUsed", 0.0)];
     gives(rocket, &half, &[("stg1fuelFrac", 0.5), ("XIXX", 252_000.0)]);

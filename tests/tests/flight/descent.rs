@@ -151,7 +151,8 @@ fn mars_entry_with_three_degrees_of_freedom() {
     across.below(2e-3, "3 dof, over the ground, m");
     speed.below(1e-4, "3 dof, speed, m/s");
     mach.below(1e-6, "3 dof, Mach number");
-    // The reference uses Sutton and Graves's flux at every height, and so does this sum; the model bounds it by the energy of thin air.
+    // The reference and this sum use Sutton and Graves's flux at every height; the model limits it to the energy of
+    // thin air.
     heat.below(0.05, "3 dof, heat load of Sutton and Graves, J/cm²");
     let bounded = sim.get("Aero.heat_load").unwrap();
     assert!(bounded < load && load - bounded < 13e4, "{bounded} {load} J/m²");
@@ -159,7 +160,8 @@ fn mars_entry_with_three_degrees_of_freedom() {
     azimuth.below(1e-6, "3 dof, azimuth, deg");
     density.below(1e-6, "3 dof, density, relative");
     last.below(2e-3, "3 dof, place at the end in the planet's axes, m");
-    // At first faster than the last Mach number of the table: clamped, which is a warning at the start and an event when it enters the table.
+    // The capsule is first faster than the last Mach number of the table. The number is clamped, which gives a warning
+    // at the start, and an event where the capsule enters the table.
     assert_eq!(sim.get("Aero.outside").unwrap(), 1.0);
     assert!(sim.take_notices().is_empty());
 }
@@ -203,7 +205,7 @@ fn mars_entry_with_six_degrees_of_freedom() {
     let inertia = list(&[i[0][0], i[1][1], i[2][2], i[0][1], i[0][2], i[1][2]]);
     let angles: Vec<f64> = row(&aero["alpha_total_deg"]).into_iter().map(f64::to_radians).collect();
     let nose: Vec<f64> = row(&aero["cg_from_nose_body"]).into_iter().map(|x| -x).collect();
-    // Each pair of equal times is a jump.
+    // Two rows with equal times describe a jump.
     let (times, torques) = (row(&all["roll_torque"]["t_s"]), row(&all["roll_torque"]["N_m"]));
     let program: Vec<String> = (0..times.len() - 1)
         .filter(|k| times[*k] < times[k + 1])
@@ -268,7 +270,8 @@ fn mars_entry_with_six_degrees_of_freedom() {
     height.below(1e-3, "6 dof, height, m");
     speed.below(1e-4, "6 dof, speed through the air, m/s");
     mach.below(1e-6, "6 dof, Mach number");
-    // The reference point of a shell behind its nose, with a centre of mass off the axis.
+    // The inertia tensor is about a centre of mass that is behind the nose and off the axis of the
+    // shell.
     assert!(Matrix3::from_fn(|a, b| i[a][b]).determinant() > 0.0);
 }
 
@@ -281,7 +284,7 @@ fn a_parachute_opens_behind_a_payload() {
     let s = &rows[0];
     let i: Vec<Vec<f64>> = load["I"].as_array().unwrap().iter().map(row).collect();
     let inertia = list(&[i[0][0], i[1][1], i[2][2], i[0][1], i[0][2], i[1][2]]);
-    // One gas constant, so that the speed of sound equals the reference's.
+    // There is only one gas constant, so that the speed of sound equals the reference's.
     let sound = num(&input["sound"]);
     let text = format!(
         r#"Simulation(
@@ -355,11 +358,12 @@ fn a_parachute_opens_behind_a_payload() {
     q.below(1e-5, "parachute, attitude, rad");
     w.below(1e-5, "parachute, rates, rad/s");
     extension.below(1e-4, "parachute, length of the riser, m");
-    // 62 kN/m and 900 N s/m times the errors of the lengths and their rates.
+    // The limit is 62 kN/m and 900 N s/m times the errors of the lengths and their rates.
     tension.below(10.0, "parachute, tension of the riser, N");
     let changes = all["number_of_slack_taut_events"].as_f64().unwrap();
     assert_eq!(sim.get("Riser.changes").unwrap(), changes);
-    // √(2 m g/(ρ C_D S)) of payload and canopy at the payload's final position; it still decelerates.
+    // The reference speed is √(2 m g/(ρ C_D S)) of payload and canopy at the payload's final
+    // position; the payload still decelerates there.
     let areas = num(&chute["CD0"]) * num(&chute["S0"]) + num(&load["CDS"]);
     let height = get(&sim, "payload.position").z;
     let density = num(&input["rho0"]) * (-height / num(&input["H"])).exp();
@@ -370,7 +374,8 @@ fn a_parachute_opens_behind_a_payload() {
     let sinks = -velocity(&sim, "payload").z;
     println!("sinks at {sinks} m/s, without changes it would at {terminal} m/s");
     assert!((sinks / terminal - 1.0).abs() < 0.03, "{sinks} {terminal}");
-    // Times of the changes: the run stops after every event. The reference takes the peak from the integrator's own steps, "about 0.1 % low at most".
+    // The run stops after every event, which gives the times of the changes. The reference takes the peak from the
+    // integrator's own steps, "about 0.1 % low at most".
     let mut sim = common::scene(&text, &[]).unwrap();
     let mut found = Vec::new();
     let (mut changes, mut peak) = (0.0, (0.0, 0.0));
@@ -488,7 +493,7 @@ fn fuel_optimal_powered_descent() {
     }
     third.below(1e-4, "fuel beside ECOS, kg");
 
-    // At whole seconds the best time agrees with the reference.
+    // At whole seconds the best time of flight agrees with the reference.
     let best = num(&all["best_tf_at_1s"]);
     let fuel = |time: f64| planned(time, 100).0;
     assert!(fuel(best) < fuel(best - 1.0) && fuel(best) < fuel(best + 1.0));
@@ -501,14 +506,16 @@ fn fuel_optimal_powered_descent() {
         let n = &p[(want[0] / best * 200.0).round() as usize];
         beside.take((n.position - vec3(&want[1..4])).norm());
         speeds.take((n.velocity - vec3(&want[4..7])).norm());
-        // Where both are at the throttle limit, and where the reference's solution is still between the limits.
+        // Rows at which both are at the throttle limit are separated from the two at which the reference's
+        // solution is between the limits.
         let full = [9.75, 19.5].iter().all(|t| *t != want[0]);
         let thrust = if full { &mut thrusts[0] } else { &mut thrusts[1] };
         thrust.take((n.thrust - vec3(&want[7..10])).norm());
         masses.take((n.mass - want[10]).abs());
     }
-    // The reference states 0.5 m, for a solution accurate to 0.003 kg; its own is 0.014 kg above ours, which a third solver confirms (below). The
-    // optimum is flat: this corresponds to 4.4 m in the middle, 0.36 m/s, and a different thrust where the throttle is about to switch.
+    // The reference states 0.5 m, for a solution accurate to 0.003 kg; its own solution is 0.014 kg above ours, which a
+    // third solver confirms (below). The optimum is flat: this corresponds to 4.4 m in the middle, 0.36 m/s, and a
+    // different thrust where the throttle is about to switch.
     beside.below(4.5, "position beside the file's, m");
     speeds.below(0.4, "velocity beside the file's, m/s");
     thrusts[0].below(0.1, "full thrust over mass beside the file's, m/s²");
@@ -528,7 +535,7 @@ fn a_payload_on_a_riser_swings_in_its_two_modes() {
     let tension = mass * gravity;
     let slack = length - tension / stiffness;
     for omega in wrist_modes(tension, length, mass, inertia, arm) {
-        // −m ω² y = −T (y + a θ)/l
+        // The amplitude follows from −m ω² y = −T (y + a θ)/l.
         let theta = 1e-4;
         let y = -(tension * arm / length) / (tension / length - mass * omega * omega) * theta;
         let half = 0.5 * theta;
@@ -614,6 +621,6 @@ fn a_convex_plan_is_flown_over_a_planet_that_turns() {
     }
     assert_eq!(sim.hash(), other.hash());
     let (place, speed) = (get(&sim, "lander.position"), velocity(&sim, "lander"));
-    // Measured: 9 cm, 0.28 m/s, mostly due to the last second of held force.
+    // Measured: 9 cm and 0.28 m/s, mostly because the force is constant during the last second.
     assert!(place.norm() < 0.3 && (speed + Vec3::z() * 0.5).norm() < 0.5, "{place} {speed}");
 }

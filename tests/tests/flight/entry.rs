@@ -58,7 +58,8 @@ fn a_capsule_is_guided_by_its_navigation_to_where_its_parachute_opens() {
         if number(&sim, "Aero.dynamic_pressure") > 500.0 {
             trim.take((number(&sim, "Aero.alpha").to_degrees() + 16.0).abs());
             slip.take(number(&sim, "Aero.beta").to_degrees().abs());
-            // Between reversals, for which slewing of the command takes up to ten seconds.
+            // The error counts between reversals only, because after a reversal the bank angle
+            // needs up to ten seconds.
             let slewing = number(&sim, "Bank.error").abs() > 0.3;
             bank.take(if slewing { 0.0 } else { number(&sim, "Bank.error").abs() });
         }
@@ -69,7 +70,7 @@ fn a_capsule_is_guided_by_its_navigation_to_where_its_parachute_opens() {
     tilt.below(4.0, "error of the attitude, deviations");
     trim.below(0.35, "angle of attack from its trim of −16°, deg");
     slip.below(1.0, "sideslip, deg");
-    // The start is where range control ends; the axes of the target, 14 km away, agree with W to a few mrad.
+    // Range control ends at the aim point; the axes of the target, 14 km away, agree with W to a few mrad.
     let miss = (get(&sim, "Ground.offset") - aim()).xy();
     let told = miss + errors(&sim)[0].xy();
     println!(

@@ -50,7 +50,7 @@ fn a_flight_past_the_moon_is_the_same_about_the_earth_and_about_the_moon() {
     let file = |name: &str| format!("{:?}", folder.path().join(name).display().to_string());
     std::fs::write(folder.path().join("earth.txt"), coefficients(MU_EARTH, RADIUS, false)).unwrap();
     std::fs::write(folder.path().join("moon.txt"), coefficients(MU_MOON, 1.738e6, true)).unwrap();
-    // 40 000 km from the Moon, passing within 14 000 km of its centre.
+    // The start is 40 000 km from the Moon, and the craft passes within 14 000 km of its centre.
     let from_moon = PointMotion {
         position: Vec3::new(3.4e7, -2.0e7, 4.0e6),
         velocity: Vec3::new(-1180.0, 1500.0, -60.0),
@@ -200,7 +200,7 @@ fn a_kernel_moves_sun_and_moon_and_the_run_stops_where_it_ends() {
         (Vec3::new(2.4e8, 1.5e8, -0.7e8), Vec3::new(-400.0, 700.0, 100.0), 50.0);
     for k in 0..4000 {
         let t = f64::from(k) * h;
-        // Runge-Kutta-Nyström.
+        // The reference uses the method of Runge, Kutta and Nyström.
         let k1 = pull(t, r);
         let k2 = pull(t + h / 2.0, r + v * (h / 2.0) + k1 * (h * h / 8.0));
         let k3 = pull(t + h, r + v * h + k2 * (h * h / 2.0));
@@ -213,7 +213,7 @@ fn a_kernel_moves_sun_and_moon_and_the_run_stops_where_it_ends() {
     println!("{off:.1e} m apart; {near:.3e} m from the Moon");
     assert!(off < 1e-3, "{off}");
     let told = sim.run_until(seconds(8e5)).unwrap_err().to_string();
-    // Six days end within a step of 1000 s.
+    // The data of six days end within a step of 1000 s.
     assert_eq!(sim.time(), 518_000.0, "{told}");
     for part in [
         "`Gravity`: the kernel `",
@@ -239,7 +239,7 @@ fn the_sun_stands_where_the_kernel_has_it_and_what_it_has_not_is_refused() {
         assert!((s.direction - want.normalize()).norm() < 1e-12, "{t}: {}", s.direction);
         assert!((s.distance_au / (want.norm() / AU) - 1.0).abs() < 1e-12);
     }
-    // Ten days; the Moon has six of them.
+    // The kernel contains ten days of the Sun, and six of the Moon.
     assert!(sun.failure(863_999.0).is_none() && sun.failure(864_001.0).is_some());
     let refused = |text: &str, parts: &[&str]| {
         let told = scene(text, &[]).err().unwrap();

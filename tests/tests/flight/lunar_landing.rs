@@ -53,7 +53,7 @@ fn chosen(sim: &Simulation) -> (f64, f64, f64) {
 fn a_lander_comes_down_on_the_moon_and_stays() {
     let mut sim = repository("lunar_landing/sim.ron", &[]).unwrap();
     let (told, thrust, force) = fly(&mut sim, 700.0);
-    // (phase, s, m, m/s) as in the README.
+    // The columns are phase, s, m and m/s, as in the README.
     let want = [
         ("braking", 0.0, 15_000.0, 1670.0),
         ("approach", 438.0, 2406.0, 136.8),
@@ -87,7 +87,7 @@ fn a_lander_comes_down_on_the_moon_and_stays() {
     // The honeycomb absorbed the energy of the fall, from engine cutoff to the final stand.
     let fallen = 0.5 * mass * told[5].3.powi(2) + mass * g * (told[5].2 - told[6].2);
     println!("honeycomb {} m, {taken} J of {fallen} J", crushed(1));
-    // The rest went into struts and friction.
+    // The rest of the energy went into struts and friction.
     assert!((0.7..1.0).contains(&(taken / fallen)));
     sim.run_until(seconds(800.0)).unwrap();
     let drift = (get(&sim, "lander.position") - place).norm() / 100.0;
@@ -107,7 +107,7 @@ fn without_the_divert_it_stands_where_it_is_dangerous() {
     let (slope, rough, off) = chosen(&sim);
     assert!(get(&sim, "Map.place").xy().norm() < 1e-9);
     assert!((slope.to_degrees() - 16.6).abs() < 0.05 && (rough - 1.0).abs() < 0.1, "{rough}");
-    // It slides downhill from the touchdown point, and stops at a boulder.
+    // The lander slides downhill from the touchdown point, and stops at a boulder.
     let lean = tilt(&sim).to_degrees();
     assert!((lean - 32.0).abs() < 0.5 && (off - 1.9).abs() < 0.05, "{lean} {off}");
 }
@@ -123,6 +123,6 @@ fn where_no_place_is_safe_the_least_danger_is_taken_and_told() {
     assert_eq!(names, want);
     let (slope, rough, off) = chosen(&sim);
     assert!(sim.get("Map.safe").unwrap() == 0.0 && rough > 0.01 && off < 0.5);
-    // Far less than in the middle, where it is 16.6°, and it stands.
+    // The slope is far less than in the middle, where it is 16.6°, and the lander stands.
     assert!(slope < 4f64.to_radians() && sim.get("Ground.speed").unwrap() < 1e-6);
 }

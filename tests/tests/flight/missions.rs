@@ -12,14 +12,14 @@ use common::{Worst, get, rotation, seconds};
 fn the_bouncing_ball_does_what_its_readme_says() {
     let mut sim = common::repository("bouncing_ball/sim.ron", &[]).unwrap();
     sim.run_until(seconds(5.0)).unwrap();
-    // Times of impact: t₀ (1 + 2 Σ eʲ) with t₀ = √(2h/g).
+    // The times of impact are t₀ (1 + 2 Σ eʲ) with t₀ = √(2h/g).
     let (t0, e) = ((2.0_f64 / 9.80665).sqrt(), 0.8_f64);
     let impact = |k: i32| t0 + 2.0 * t0 * (1..k).map(|j| e.powi(j)).sum::<f64>();
     let n = sim.get("Ball.impacts").unwrap();
     let last = sim.get("Ball.last_impact").unwrap();
     println!("{n} impacts, the last at {last} s");
     assert!((last - impact(n as i32)).abs() < 1e-9, "{last} {}", impact(n as i32));
-    // e^k v₀ falls below 1 mm/s after the 38th impact.
+    // The speed e^k v₀ is below 1 mm/s after the 38th impact.
     assert_eq!(n, 38.0);
     assert_eq!(sim.get("Ball.height").unwrap(), 0.0);
 }
@@ -63,7 +63,7 @@ fn a_stack_separates_twice_and_loses_nothing() {
         sim.step_event().unwrap();
         if sim.phase() != phase {
             let after = books(&sim);
-            // Less than one step of 10 ms is between the two. Measured 1e-16 and 7e-15.
+            // The two states are less than one step of 10 ms apart. Measured: 1e-16 and 7e-15.
             assert!(far(before.0, after.0) < 1e-12, "{before:?} {after:?}");
             assert!(far(before.1, after.1) < 1e-12, "{before:?} {after:?}");
             let report = sim.take_moves();
@@ -76,9 +76,9 @@ fn a_stack_separates_twice_and_loses_nothing() {
     assert_eq!(phases, ["stacked", "first_separation", "second_separation"]);
     let end = books(&sim);
     println!("p {:e}, L {:e}", far(start.0, end.0), far(start.1, end.1));
-    // 20 s of tumbling and two springs; measured 1e-14 both.
+    // The bodies tumble for 20 s, and two springs push. Measured: both 1e-14.
     assert!(far(start.0, end.0) < 1e-12 && far(start.1, end.1) < 1e-12, "{start:?} {end:?}");
-    // Springs of ½ k s² = 40 J and 5 J; all of it goes into the motion of the bodies.
+    // The springs have ½ k s² = 40 J and 5 J, which all becomes energy of the motion of the bodies.
     let gained = end.2 - start.2;
     println!("energy {gained} J");
     assert!((gained - 45.0).abs() < 1e-6, "{gained}");
@@ -182,7 +182,7 @@ fn split_equals_straight_across_phases_and_in_a_fresh_process() {
         }
         if (random >> 40) % 16 == 0 {
             let checkpoint = sim.checkpoint("").unwrap();
-            // A fresh process has only the file and the bytes of the checkpoint.
+            // A new process has only the file and the bytes of the checkpoint.
             let (mut next, bytes) = (fresh(), checkpoint);
             next.restore(&bytes).unwrap();
             sim = next;
@@ -276,7 +276,7 @@ fn four_wheels_turn_a_craft_and_keep_its_momentum() {
     println!("at the limit until {limited} s; wheels at 4000 s {:?} rpm", wheels(&sim));
     assert!((limited - 1273.0).abs() < 2.0, "{limited}");
     assert!(wheels(&sim).iter().all(|w| w.abs() < 50.0), "{:?}", wheels(&sim));
-    // After an orbit it points as its README states, by its estimate and in truth.
+    // After an orbit the pointing error is as in the README, both by the estimate and in truth.
     sim.run_until(seconds(6000.0)).unwrap();
     let (estimate, truth) =
         (sim.get("Software.Pointing.error").unwrap(), rotation(&sim, "craft").angle());
@@ -377,7 +377,8 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     let mut told: Vec<Told> = Vec::new();
     let (mut drag, mut heat, mut lines, mut bridles) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
     let (mut phase, mut snapshots) = (String::new(), Vec::new());
-    // While the bridles are paid out, at their end, while the stage flies away, and on the wheels.
+    // The run is interrupted while the bridles unwind, at their end, while the stage flies away,
+    // and on the wheels.
     let mut cuts = vec![963.34, 971.5, 976.5, 979.5];
     let (mut touched, mut wrong, mut off_place) = (None, [Worst(0.0); 4], 0.0);
     let (mut hangs, mut leans) = (0.0_f64, Worst(0.0));
@@ -428,7 +429,8 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
                 assert!((1..=6).all(|k| wheel_force(&sim, k) == 0.0));
             }
         }
-        // At the filter's own samples, of which there are at least 20 per second.
+        // The errors are taken at the filter's own samples, of which there are at least 20 per
+        // second.
         let since = sim.time() * 20.0;
         if sim.get("Navigation.height").is_ok() && (since - since.round()).abs() < 1e-6 {
             off_place = sim.get("Descent.off").unwrap_or(0.0);
@@ -445,7 +447,7 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     for (phase, t, height, speed) in &told {
         println!("{phase:<16} {:9.2} s {height:12.2} m {speed:9.3} m/s", t - entry);
     }
-    // (phase, s after the entry interface, km, m/s) as in the README.
+    // The columns are phase, s after the entry interface, km and m/s, as in the README.
     let want = [
         ("cruise", -599.5, 1850.0, 5125.0),
         ("approach", -598.6, 1847.0, 5126.0),
@@ -477,14 +479,15 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
         hangs.to_degrees(),
         leans.0.to_degrees()
     );
-    // Parachute and stage pull and push on a rotating body: it hangs along the riser, and carries the suspended load upright. As in the README.
+    // Parachute and stage pull and push on a rotating body: it hangs along the riser, and the suspended load hangs
+    // upright. The README states both angles.
     let (riser, upright) = (hangs.to_degrees(), leans.0.to_degrees());
     assert!((riser - 0.81).abs() < 0.01 && (upright - 0.37).abs() < 0.01, "{riser} {upright}");
     let (when, velocity) = touched.unwrap();
     println!("first wheel at {:.2} s, {velocity}", when - entry);
     assert!((when - entry - 372.93).abs() < 0.05, "{}", when - entry);
     assert!((velocity.z + 0.75).abs() < 0.05 && velocity.xy().norm() < 0.1, "{velocity}");
-    // Over all samples of 375 s: 1.6, 2.6, 1.9 and 3.9.
+    // Measured over all samples of 375 s: 1.6, 2.6, 1.9 and 3.9.
     let [height, speed, place, tilt] = wrong;
     height.below(3.0, "error of the height, deviations");
     speed.below(3.5, "error of the velocity, deviations");
@@ -511,12 +514,13 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
         }
         assert_eq!(again.hash(), pair[1].hash, "from {} s, {}", pair[0].time, pair[0].phase);
     }
-    // In its estimated coordinates it lands at the target; on Mars it is off by the error of its navigation.
+    // In its estimated coordinates the rover lands at the target; the true position differs by the error of
+    // the navigation.
     let landed = get(&sim, "Rover.Hardware.Chassis/chassis.position");
-    // The divert leads to the middle of its ground.
+    // The divert leads to the middle of the rover's ground.
     println!("lands at {landed}");
     assert!(off_place < 0.3 && landed.xy().norm() < 2.0, "{off_place} m, {landed}");
-    // It stands, and drives to the commanded position; meanwhile the stage falls.
+    // The rover stands, and drives to the commanded position; meanwhile the stage falls.
     let (mut away, mut fallen) = (0.0, 0.0);
     while sim.before(seconds(1050.0))
         && !sim.get("Rover.NavigationSoftware.Follower.done").is_ok_and(|d| d > 0.5)
@@ -535,7 +539,7 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     let weight = 902.0 * weight_of_a_kilogram();
     println!("carried {carried} N of {weight}, at {place}");
     assert!((carried / weight - 1.0).abs() < 2e-4, "{carried}");
-    // After landing it stays in place, in the axes of the site, which rotates with Mars.
+    // After landing the rover keeps its position in the axes of the site, which rotates with Mars.
     let from = sim.time();
     let place = get(&sim, "Rover.Hardware.Chassis/chassis.position");
     sim.run_until(seconds(from + 10.0)).unwrap();
@@ -570,7 +574,7 @@ fn books_are_kept(moves: &[(f64, String, linkwork_runtime::MoveReport)]) {
             parted += 1;
         }
     }
-    // The cruise stage, the ballast, the heat shield.
+    // These are the cruise stage, the ballast and the heat shield.
     assert_eq!(parted, 3);
 }
 

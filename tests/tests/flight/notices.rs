@@ -110,7 +110,7 @@ fn air_beyond_its_data_is_told_once_or_stops_the_run() {
             ],
         );
     }
-    // The user expects the run to continue with `continue`, so no message is printed.
+    // The user expects with `continue` that the run does not stop, so no message is printed.
     let mut sim = scene(&text("\"outside\": continue"), &[]).unwrap();
     sim.run_until(seconds(100.0)).unwrap();
     assert!(told(&mut sim).is_empty());
@@ -144,9 +144,9 @@ fn a_foot_beside_the_map_is_told() {
     let mut sim = scene(&text(40.0), &[]).unwrap();
     sim.run_until(seconds(2.0)).unwrap();
     assert!(told(&mut sim).is_empty() && sim.get("One.crushed").unwrap() > 0.0);
-    // One foot is beyond 50 m. It passes the height of the edge at 2 = t + 0.8 t².
+    // One foot is beyond 50 m. It falls below the height of the edge at 2 = t + 0.8 t².
     let mut sim = scene(&text(49.0), &[]).unwrap();
-    // Until it tips over its other feet, back onto the map.
+    // Later the lander tips over its other feet, back onto the map.
     sim.run_until(seconds(1.3)).unwrap();
     let at = (-1.0 + 7.4f64.sqrt()) / 1.6;
     has(

@@ -62,7 +62,7 @@ const ORBIT: &str = r#"Simulation(
 #[test]
 fn a_panel_on_the_ground_has_the_sun_of_its_planet_by_day_alone() {
     let get = metrics(GROUND);
-    // The surface of Mars is closer than its centre by its radius.
+    // The panel is closer to the Sun than the centre of Mars by the radius of Mars.
     let d = 1.523_710_34 - 3_396_191.0 / linkwork_runtime::AU;
     assert!((get("lit") - 1361.0 / (d * d)).abs() < 1e-3, "{}", get("lit"));
     assert_eq!(get("dark"), 0.0);

@@ -74,7 +74,8 @@ fn on_a_double_pendulum() {
 
 #[test]
 fn on_an_entry() {
-    // The capsule of sims/ballistic_entry with a slow tumble, through its peak drag at 85 s.
+    // The capsule is from sims/ballistic_entry, with a slow tumble; the time includes its peak
+    // drag at 85 s.
     let text = r#"Simulation(parts: { "Capsule": (assembly: "flight/capsule.ron",
         params: { "position": [3521190, 0, 0], "velocity": [-1764.732, 7046.389, 0] }) },"#;
     let steps = [
@@ -118,7 +119,8 @@ fn on_an_orbit_with_eclipses_and_third_bodies() {
 
 #[test]
 fn on_the_suspension_of_a_rover() {
-    // Chassis on springs, rockers joined by the differential, bogies with friction: the rover's own parameters.
+    // The chassis is on springs, the differential couples the rockers, and the bogies have friction; the
+    // parameters are the rover's.
     let text = r#"Simulation(bodies: {
         "chassis": (parent: "world", hinge: Chain(Slider([0, 0, 1]), Pin([1, 0, 0]), Pin([0, 1, 0])), mass: 708, inertia: Box([1.9, 1.5, 0.6]), initial: (coordinates: [0.1, 0.1, -0.15], rates: [0, 0.2, 0.3])),
         "rocker_left": (parent: "chassis", at: (position: [0.214, 0.604, 0.1254]), hinge: Pin([0, 1, 0]), mass: 25, com: [0.06, 0.25, -0.1], inertia: Box([1.6, 0.1, 0.3]), initial: (angle: 0.15)),
@@ -165,11 +167,11 @@ fn a_motor_with_a_tenth_of_a_millihenry_runs_at_a_millisecond() {
             .map(|()| (sim.get("wheel.rate").unwrap(), sim.get("Motor.current").unwrap()))
             .map_err(|e| e.to_string())
     };
-    // The two linear equations, solved: L i̇ = U − R i − k ω, J ω̇ = k i.
+    // The reference solves the two linear equations L i̇ = U − R i − k ω, J ω̇ = k i.
     let (l, r, k, j, u, t) = (1e-4_f64, 0.6_f64, 0.05_f64, 0.02_f64, 12.0_f64, 1.0_f64);
     let root = (r * r / (l * l) - 4.0 * k * k / (l * j)).sqrt();
     let (a, b) = (0.5 * (-r / l + root), 0.5 * (-r / l - root));
-    // ω = U/k + c₁ e^{at} + c₂ e^{bt}, with ω(0) = 0, ω̇(0) = 0.
+    // The solution is ω = U/k + c₁ e^{at} + c₂ e^{bt}, with ω(0) = 0, ω̇(0) = 0.
     let c2 = (u / k) * a / (b - a);
     let c1 = -u / k - c2;
     let omega = u / k + c1 * (a * t).exp() + c2 * (b * t).exp();

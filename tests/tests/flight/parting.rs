@@ -39,8 +39,8 @@ fn unequal_devices_tip_off_what_they_push() {
     sim.run_until(seconds(0.01)).unwrap();
     let after = momentum(&sim, &bodies);
     assert!((after.0 - before.0).norm() < 1e-12 && (after.1 - before.1).norm() < 1e-12);
-    // r × J about the load's centre: −0.2 · 4 + 0.2 · 3 N m s about x, except for the rotation of both in 3 ms: 5 mrad of the load, whose arms are
-    // 0.2 m.
+    // The angular impulse r × J about the load's centre is −0.2 · 4 + 0.2 · 3 N m s about x, except for the rotation of
+    // both bodies by 5 mrad in 3 ms, with arms of 0.2 m.
     let (v, w) = (velocity(&sim, "load").z, get(&sim, "load.angular").x);
     println!("{v} m/s, {w} rad/s");
     assert!((v - 0.7).abs() < 1e-5, "{v}");

@@ -69,7 +69,7 @@ fn what_is_refused_is_not_said_to_be_missing_too() {
     let told = scene(text, &[]).err().unwrap();
     assert!(told.contains("`Gravity.radius` = "), "{told}");
     assert!(!told.contains("gravity service"), "{told}");
-    // If it is really missing, this is reported.
+    // A service that is really missing is reported.
     let whole = text.replace("-6378137", "6378137");
     assert!(scene(&whole, &[]).is_ok());
     for text in [text, &whole] {
@@ -197,7 +197,8 @@ fn a_run_beyond_the_years_of_the_ephemeris_stops_and_says_so() {
     let late = || scene(&text("2099-12-25 00:00:00 UTC"), &[]).unwrap();
     let mut sim = late();
     let told = sim.run_until(seconds(1e6)).unwrap_err().to_string();
-    // Noon of 1 January 2100 TDB is 7.5 days after the start, 69 s of TT − UTC earlier.
+    // The data end at noon of 1 January 2100 TDB, which is 7.5 days after the start, less 69 s of
+    // TT − UTC.
     let end = 7.5 * 86_400.0 - 69.184;
     assert!(sim.time() <= end && sim.time() > end - 100.0, "{told}");
     assert!(get(&sim, "craft.position").norm() < 5e7 && sim.check().is_ok());
@@ -264,7 +265,7 @@ fn a_tank_whose_swinging_mass_nobody_takes_is_told() {
     let swing = r#""Slosh": (model: "flight.slosh", bind: { "swing": "node:swing", "x": "hinge:swing[0]", "y": "hinge:swing[1]" }),"#;
     let wires = r#""Press.y -> Slosh.acceleration", "Tank.swinging -> Slosh.swinging", "Tank.swing_height -> Slosh.swing_height", "Tank.swing_stiffness -> Slosh.swing_stiffness""#;
     assert!(told(&text("apart", swing, wires)).is_empty());
-    // Also through a delay.
+    // A delayed wire counts as well.
     let wires = wires.replacen(
         r#""Tank.swinging -> Slosh.swinging""#,
         r#"(wire: "Tank.swinging -> Slosh.swinging", delay: 1)"#,

@@ -33,7 +33,7 @@ fn a_deputy_comes_to_its_place_and_is_held_there() {
     let taken = sim.get("Transfer.dv").unwrap();
     let (there, _) = beside(&sim, "chief", "deputy");
     println!("{} m off, {taken} m/s", (there - place).norm());
-    // No pulses in the last minute, and none below 2 cm/s.
+    // The engine gives no pulses in the last minute, and none below 2 cm/s.
     assert!(
         ((there - place).norm() - 0.096).abs() < 5e-4 && (taken - 1.040).abs() < 2e-3,
         "{there} {taken}"
@@ -71,9 +71,10 @@ fn a_chaser_is_captured_and_what_it_brings_is_booked() {
         }
     }
     let t = sim.time();
-    // From 0.8 m/s at 75 m on: ρ = (ρ₁ + v/k) e^(−kt) − v/k, to 1 cm.
+    // From 75 m on, at 0.8 m/s, the distance is ρ = (ρ₁ + v/k) e^(−kt) − v/k, until it is 1 cm.
     let down = ((75.0_f64 + 5.0) / (0.01 + 5.0)).ln() / 0.01;
-    // Before, 72.5 m at 0.8 m/s, and the start: 30 s with 10 N, 9 m, and the last 0.2 m/s with a time constant of 10 s.
+    // Before that the chaser flies 72.5 m at 0.8 m/s. It first accelerates for 30 s with 10 N over 9 m, and gains the
+    // last 0.2 m/s with a time constant of 10 s.
     let before_slope = 30.0 + (72.5 - 9.0 + 0.2 * 10.0) / 0.8;
     println!("captured at {t} s; {before_slope} s and {down} s by the closed form");
     assert!((t - before_slope - down).abs() < 0.5);
@@ -121,7 +122,7 @@ fn too_fast_near_the_target_it_backs_away() {
     let (end, rest) = beside(&sim, "target", "chaser");
     println!("abort at {t} s, nearest {nearest} m, at the end {end}");
     assert!((t - 180.86).abs() < 0.05 && (nearest - 6.17).abs() < 0.05);
-    // Single pulses of 2 mm/s keep it there.
+    // Single pulses of 2 mm/s keep the chaser there.
     assert!((end + Vec3::y() * 200.0).norm() < 0.05 && rest.norm() < 4e-3, "{end} {rest}");
 }
 
@@ -132,7 +133,7 @@ fn plumes_push_the_target_and_a_soft_capture_takes_what_is_left() {
     let mut sim = repository("docking/soft_capture.ron", &[]).unwrap();
     let place = get(&sim, "target.position");
     let free = PointMotion { position: place, velocity: velocity(&sim, "target") };
-    // Radial and along-track force, N, at an instant; impulses from stop to stop.
+    // The forces are radial and along-track, N, at an instant; the impulses are from stop to stop.
     let along = |sim: &Simulation| {
         let load = get(sim, "Plume1.load.force") + get(sim, "Plume2.load.force");
         let (x, v) = (get(sim, "target.position").normalize(), velocity(sim, "target"));
@@ -154,7 +155,8 @@ fn plumes_push_the_target_and_a_soft_capture_takes_what_is_left() {
     }
     let (row, (r, v), (place_of_target, target)) = before.unwrap();
     let fallen = propagate(MU, &free, row).unwrap();
-    // Clohessy–Wiltshire: a body pushed along the motion drifts up and falls back.
+    // By the Clohessy–Wiltshire equations a body that is pushed along the motion drifts up and
+    // falls back.
     let n = (MU / free.position.norm().powi(3)).sqrt();
     let up = fallen.position.normalize();
     let normal = fallen.position.cross(&fallen.velocity).normalize();
@@ -181,7 +183,8 @@ fn plumes_push_the_target_and_a_soft_capture_takes_what_is_left() {
         rotation(sim, "target").inverse() * (port(sim, "chaser", 1.0) - port(sim, "target", -1.5))
     };
     assert!((apart(&sim).norm() - 0.02).abs() < 1e-9, "{}", apart(&sim));
-    // Energy of the springs, of the motion about the common centre, and of the rotation.
+    // The energy includes the springs, the motion about the common centre, and the
+    // rotation.
     let energy = |sim: &Simulation| {
         let turn = rotation(sim, "target").angle_to(&rotation(sim, "chaser"));
         let place = apart(sim);
@@ -194,7 +197,7 @@ fn plumes_push_the_target_and_a_soft_capture_takes_what_is_left() {
             let w = get(sim, &format!("{body}.angular"));
             inertia.component_mul(&w).dot(&w)
         });
-        // Reduced mass 400 kg.
+        // The reduced mass is 400 kg.
         let met = velocity(sim, "chaser") - velocity(sim, "target");
         0.5 * (springs + 400.0 * met.norm_squared() + turning.iter().sum::<f64>())
             + 30.0 * turn * turn
@@ -210,7 +213,8 @@ fn plumes_push_the_target_and_a_soft_capture_takes_what_is_left() {
     let (t, given) = (sim.time(), brought - left);
     println!("{force} N, {taken} J of {given} J, locked at {t} s, {}", sim.phase());
     assert!((taken / given - 1.0).abs() < 5e-3, "{taken} {given}");
-    // Springs of 200 and 400 N/m over 2 cm, dampers at the remaining speed.
+    // The bound is the force of springs of 200 and 400 N/m over 2 cm, and of the dampers at the
+    // remaining speed.
     assert!(force > 2.0 && force < 8.0 + 560.0 * met.norm(), "{force}");
     let moves = sim.take_moves();
     let books = moves.iter().flat_map(|m| &m.2.notes).find(|n| n.contains("energy")).unwrap();

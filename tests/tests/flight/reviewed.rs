@@ -17,7 +17,7 @@ fn by_the_law(end: f64) -> [f64; 2] {
     let h = 1e-5;
     let mut y = [length, 0.0];
     for n in 0..(end / h).round() as u32 {
-        // Times within a step, so that each stage uses the force of this step.
+        // The instant is slightly inside a step, so that each stage uses the force of this step.
         let t = f64::from(n) * h + 1e-9;
         let at = |a: [f64; 2], b: [f64; 2], s: f64| [a[0] + s * b[0], a[1] + s * b[1]];
         let a = rate(t, y);
@@ -59,11 +59,12 @@ fn a_line_that_went_slack_while_it_was_stretched_holds_again() {
             let [x, v] = by_the_law(t);
             let of = |name: &str| sim.get(&format!("Line.{name}")).unwrap();
             let (place, speed) = (LOAD.1 + of("extension"), of("rate"));
-            // Measured: 2e-5 m, 2e-4 m/s (the fixed step of the reference integration).
+            // Measured: 2e-5 m and 2e-4 m/s, which is the error of the fixed step of the reference
+            // integration.
             assert!((place - x).abs() < 2e-4, "{line} at {t}: {place} {x}");
             assert!((speed - v).abs() < 2e-3, "{line} at {t}: {speed} {v}");
         }
-        // T = 50 N: δ = 0.5 m.
+        // A tension of T = 50 N gives δ = 0.5 m.
         assert!((sim.get("Line.extension").unwrap() - 0.5).abs() < 0.02);
     }
 }
@@ -86,7 +87,7 @@ fn a_flow_that_begins_outside_its_tables_has_been_outside() {
             )"#
         )
     };
-    // The speed of sound is 231.5 m/s: Mach 0.4, and Mach 5.
+    // The speed of sound is 231.5 m/s, so the Mach numbers are about 0.4 and 5.
     for (speed, outside) in [(100.0, 1.0), (1157.0, 0.0)] {
         let mut sim = scene(&text(speed), &[]).unwrap_or_else(|e| panic!("{e}"));
         sim.run_until(seconds(1.0)).unwrap();
@@ -100,7 +101,7 @@ fn a_flow_that_begins_outside_its_tables_has_been_outside() {
 /// A condition on the apocentre does not hold on a hyperbola, and holds once the apocentre of an ellipse has decreased to it.
 #[test]
 fn a_run_ends_when_the_apocentre_has_come_down() {
-    // 11.2 km/s is a hyperbola here: v² = 2 μ/r at 10.845 km/s.
+    // The speed 11.2 km/s gives a hyperbola here: v² = 2 μ/r holds at 10.845 km/s.
     let y = metrics_of(
         r#"Simulation(
             world: (body: "earth"),

@@ -81,8 +81,8 @@ fn the_same_flight_in_inertial_axes_and_from_a_site() {
     let seen = m.to_outer(&start);
     let R = m.pose.rotation * attitude;
     let inertial = spin + R.inverse() * m.velocity.angular;
-    // Rigid, and with a flexible boom. In thicker air the flexible one tumbles chaotically: round-off grows a hundredfold from 30 s to 70 s, so a
-    // comparison there is meaningless.
+    // The craft is rigid, or has a flexible boom. In thicker air the flexible one tumbles chaotically: round-off errors
+    // grow a hundredfold from 30 s to 70 s, so a comparison there is meaningless.
     for (boom, tens) in [(false, 20), (true, 3)] {
         let mut here = craft(true, boom, &start.position, &start.velocity, &attitude, &spin);
         let mut there = craft(false, boom, &seen.position, &seen.velocity, &R, &inertial);
@@ -206,7 +206,7 @@ fn harmonics_pull_alike_in_inertial_axes_and_from_a_site() {
         velocity: Vec3::new(4000.0, 5500.0, 900.0),
     };
     let (way, speed) = apart(("earth", Ellipsoid::wgs84()), (LANDING, start), 600, &gravity);
-    // Measured 7e-14 and 8e-15.
+    // Measured: 7e-14 and 8e-15.
     way.below(1e-12, "harmonics, place over way");
     speed.below(1e-12, "harmonics, velocity over speed");
 }
@@ -262,7 +262,7 @@ fn a_guided_entry_flies_alike_in_inertial_axes_and_from_a_site() {
     };
     let parts = over_mars(parts, wires);
     let (way, speed) = apart(("mars", Ellipsoid::mars()), (LANDING, start), 200, &parts);
-    // Measured 8e-14 and 6e-14.
+    // Measured: 8e-14 and 6e-14.
     way.below(1e-12, "entry, place over way");
     speed.below(1e-12, "entry, velocity over speed");
 }
@@ -283,11 +283,11 @@ fn what_falls_comes_down_in_the_east() {
             }
             last = (t, p);
         }
-        // v = g t gives x = −⅓ (ω × g)ₓ t³; on the equator ⅓ ω g t³.
+        // With v = g t the displacement is x = −⅓ (ω × g)ₓ t³, on the equator ⅓ ω g t³.
         let (t, p) = last;
         let want = -turning(latitude).cross(&plumb(latitude)).x * t.powi(3) / 3.0;
         println!("{latitude}: {:.6} m east after {t:.2} s, {want:.6} m", p.x);
-        // Neglected are (ω t)² and h/r, 6e-5 of it.
+        // The terms (ω t)² and h/r are neglected; they are 6e-5 of the displacement.
         assert!(want > 0.01 && (p.x / want - 1.0).abs() < 1e-4, "{} {want}", p.x);
     }
 }
@@ -319,7 +319,8 @@ fn rotation_of_ball(sim: &Simulation) -> Quat {
 #[test]
 fn the_plane_of_a_pendulum_turns_with_the_sine_of_the_latitude() {
     for latitude in [0.9, -0.5] {
-        // 20 m long, an almost point-like mass, released at rest 0.2 m aside.
+        // The pendulum is 20 m long, its mass is almost point-like, and it is released at rest at
+        // 0.2 m from the vertical.
         let body = "\"bob\": (parent: \"world\", at: (position: [0, 0, 20]), hinge: Ball, mass: 5, com: [0, 0, -20], inertia: [1e-6, 1e-6, 1e-6], initial: (rotation: (rpy: [0.008, -0.006, 0])))";
         let more = "step: \"50 ms\", integrator: \"verner_87\", until: \"4000 s\"";
         let mut sim = scene(&at_rest(latitude, body, more), &[]).unwrap();
@@ -329,7 +330,7 @@ fn the_plane_of_a_pendulum_turns_with_the_sine_of_the_latitude() {
         let periods = (1500.0 / period).round();
         sim.run_until(seconds((periods * period * 1e4).round() / 1e4)).unwrap();
         let second = plane(&mut sim, period);
-        // About the plumb line, which is 0.13° off the vertical of a sphere, the rate is ω · ĝ.
+        // The rate about the plumb line, which is 0.13° off the vertical of a sphere, is ω · ĝ.
         let want = turning(latitude).dot(&g) / g.norm() * periods * period;
         println!("{latitude}: turned by {:.6}, {want:.6} rad", second - first);
         assert!(want.abs() > 0.04 && ((second - first) / want - 1.0).abs() < 5e-4);
@@ -348,7 +349,7 @@ fn a_box_stays_where_it_stands() {
     sim.run_until(seconds(20.0)).unwrap();
     let rate = get(&sim, "IMU.rate") - turning(-0.8);
     let force = get(&sim, "IMU.force") + plumb(-0.8);
-    // 3.6 km from the origin the plumb line leans by a thousandth.
+    // At 3.6 km from the origin the plumb line leans by a thousandth.
     println!("{:e} rad/s, {:e} m/s^2 off", rate.norm(), force.norm());
     assert!(rate.norm() < 1e-7 && force.norm() < 5e-3, "{rate} {force}");
     // The sum of the contact forces is its weight.
@@ -364,7 +365,7 @@ fn a_box_stays_where_it_stands() {
     // The ground is level with the ellipsoid, and the plumb line leans by 0.13°, so it would slide without friction.
     assert!(drift < 1e-9 && sim.get("Mechanism.contact.points").unwrap() == 4.0);
     assert!((start.xy() - Vec3::new(3000.0, -2000.0, 0.0).xy()).norm() < 1e-3, "{start}");
-    // Interrupted anywhere, it continues bit-identical.
+    // The run continues bit-identically after any interruption.
     let mut again = scene(&scenery, &[]).unwrap();
     for t in [7.3, 7.305, 61.0] {
         again.run_until(seconds(t)).unwrap();
@@ -384,7 +385,7 @@ fn a_world_that_contradicts_itself_or_its_parts_is_refused() {
         "until: \"1 s\"",
     );
     assert!(scene(&text, &[]).is_ok());
-    // Repeated by an assembly: the same world is allowed, a different one is an error at both locations.
+    // An assembly may repeat the same world; a different one is an error at both locations.
     let world = &text[text.find("world: (body").unwrap()..text.find("    parts: {").unwrap()];
     let with = |world: &str| {
         let inner = format!("parts: {{ \"Place\": ({world} parts: {{}}),");
@@ -444,7 +445,7 @@ fn a_world_that_contradicts_itself_or_its_parts_is_refused() {
     // The rotation would have no effect without gravity.
     let e = scene(&text.replacen("until:", "gravity: \"none\", until:", 1), &[]).err().unwrap();
     assert!(e.contains("remove `gravity"), "{e}");
-    // A model whose equations are valid only in inertial axes.
+    // The equations of this model are valid only in inertial axes.
     let part = "parts: { \"Drift\": (model: \"test.inertial_only\"),";
     let own = vec![Entry::model::<InertialOnly>()];
     let e = common::scene_with(own, &text.replacen("parts: {", part, 1)).err().unwrap();

@@ -346,8 +346,9 @@ fn rendezvous_go_alike_in_inertial_axes_and_from_a_site() {
         }
         assert!(between(&there) < 0.6 * far, "it comes nearer: {far} {}", between(&there));
         println!("{law}");
-        // Positions are integrated to 1e-12 of 4e6 m, with a precision of 5e-10 m in inertial axes at each step. The command of the transfer is held
-        // in W for a second, in which the site rotates by 2 mrad; measured 5 cm.
+        // The precision of positions in inertial axes is 5e-10 m at each step, and they are integrated to 1e-12 of 4e6
+        // m. The command of the transfer is constant in W for a second, in which the site rotates by 2 mrad; measured:
+        // 5 cm.
         apart.place.below(3e-5 * held, "deputy, position, m");
         apart.speed.below(3e-7 * held, "deputy, velocity, m/s");
         force.below(1e-5 * held, "force, N");

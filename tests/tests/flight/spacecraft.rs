@@ -269,7 +269,7 @@ fn a_stack_of_three_comes_apart() {
     );
     let mut sim = common::scene(&text, &[]).unwrap();
     let [mut r, mut v, mut q, mut w, mut momentum, mut angular] = [Worst(0.0); 6];
-    // P, and H about the common centre of mass, are equal in both rows.
+    // The momentum P, and H about the common centre of mass, are equal in both rows.
     let books = rows(&all["momentum"]);
     let table = rows(&all["rows"]);
     assert!(table.len() == 13 && books.len() == 2);
@@ -278,7 +278,7 @@ fn a_stack_of_three_comes_apart() {
         let (mut p, mut h, mut first, mut mass) =
             (Vec3::zeros(), Vec3::zeros(), Vec3::zeros(), 0.0);
         for (k, name) in ["A", "B", "C"].iter().enumerate() {
-            // Attached or free, as a sensor on the body measures it.
+            // A sensor on the body measures its motion, attached or free.
             let at = 1 + 13 * k;
             let place = get(&sim, &format!("Motion{name}.position"));
             let turned = rotation_of(&sim, &format!("Motion{name}.attitude"));
@@ -307,7 +307,7 @@ fn a_stack_of_three_comes_apart() {
     v.below(1e-8, "three bodies, velocities, m/s");
     q.below(1e-8, "three bodies, attitudes, rad");
     w.below(1e-8, "three bodies, rates, rad/s");
-    // Times at which the springs release, in the order of the reference.
+    // The run gives the times at which the springs release, in the order of the reference.
     let mut sim = common::scene(&text, &[]).unwrap();
     let mut found: Vec<(String, f64)> = Vec::new();
     while sim.before(seconds(num(&sequence["t_end"]))) {
@@ -376,7 +376,7 @@ fn a_descent_guided_by_a_quadratic_with_limits_lag_and_sampling() {
     let flown = rows(&all["flown"]["rows"]);
     let vector = |name: &str| list(&row(&input[name]));
     let mass = num(&input["mass0"]);
-    // Half of it is propellant in a tank of zero size.
+    // Half of the mass is propellant in a tank of zero size.
     let (dry, drag) = (0.5 * mass, &input["drag"]);
     let text = format!(
         r#"Simulation(
@@ -448,7 +448,7 @@ fn a_descent_guided_at_every_instant_is_the_polynomial() {
     let table = rows(&part["rows"]);
     assert_eq!(table.len(), 5);
     for want in &table {
-        // Simpson's rule.
+        // The integral uses Simpson's rule.
         let h = (want[0] - t) / 2000.0;
         for _ in 0..2000 {
             let thrust = |t: f64| (acceleration(t) - g).norm();

@@ -101,7 +101,7 @@ fn where_its_tables_end_each_model_stops_the_run_with_words_or_tells_them() {
         };
         assert!((e.time - at).abs() < 1e-6 && (e.time * 10.0).fract() > 0.0, "{e}");
         assert!(stopped.take_notices().is_empty());
-        // Resumed from a checkpoint it stops bit-identical.
+        // A run that is resumed from a checkpoint stops bit-identically.
         let mut cut = scene(&text(model, &params, "stop", start, bind), &[]).unwrap();
         cut.run_until(seconds(0.3)).unwrap();
         let saved = cut.checkpoint("").unwrap();
@@ -109,7 +109,7 @@ fn where_its_tables_end_each_model_stops_the_run_with_words_or_tells_them() {
         rest.restore(&saved).unwrap();
         assert_eq!(rest.run_until(seconds(5.0)).unwrap_err(), e);
         assert_eq!((rest.state(), rest.hash()), (stopped.state(), stopped.hash()));
-        // Clamped it continues beyond the same instant.
+        // With `clamp` the run continues beyond the same instant.
         let mut clamped = scene(&text(model, &params, "clamp", start, bind), &[]).unwrap();
         clamped.run_until(seconds(5.0)).unwrap();
         let told = clamped.take_notices();
@@ -143,7 +143,7 @@ fn a_start_beyond_the_tables_is_refused_with_the_same_words() {
         };
         assert!(e.time == 0.0 && e.message.contains(words), "{e}");
         assert_eq!(sim.step().unwrap_err(), e);
-        // Clamped, it is a warning at the start and the run continues.
+        // With `clamp` there is a warning at the start, and the run continues.
         let mut sim = scene(&text("clamp"), &[]).unwrap();
         let told = sim.startup_warnings();
         assert!(told.iter().any(|fault| fault.message == e.message), "{told:?} {e}");

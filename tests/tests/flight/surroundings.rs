@@ -16,7 +16,7 @@ fn a_long_craft_librates_about_the_vertical_with_the_period_of_the_closed_form()
         (a, g) = (0.5 * (a + g), (a * g).sqrt());
     }
     let period = 4.0 * std::f64::consts::FRAC_PI_2 / (a * k.sqrt());
-    // A run stops at samples: each quarter period is two hundred of them.
+    // A run can stop only at samples: each quarter period has two hundred of them.
     let step = (0.25e9 * period / 200.0).round() * 1e-9;
     let text = format!(
         r#"Simulation(

@@ -70,14 +70,15 @@ fn held_pulses_do_what_pulses_do() {
         )"#
     );
     let mut sim = scene(&text, &[]).unwrap();
-    // Half a second after the last sample with thrust.
+    // The run ends half a second after the last sample with thrust.
     sim.run_until(seconds(8.2)).unwrap();
     let number = |name: &str| sim.get(name).unwrap();
     let (pulses, held) = (number("Pulses1.impulse"), number("Held1.impulse"));
     println!("{} pulses, {pulses} N s; held {held} N s", number("Pulses1.pulses"));
     assert!(pulses > 15.0 && number("Pulses1.force") < 1e-15);
     assert!((held / pulses - 1.0).abs() < 1e-12);
-    // Impulse over mass along the slider; impulse times the jet's arm over the inertia about the pin.
+    // The speed is the impulse over the mass along the slider; the rate is the impulse times the
+    // jet's arm over the inertia about the pin.
     let (sine, cosine) = 20f64.to_radians().sin_cos();
     let slid = held * cosine / 20.0;
     let turned = held * (0.3 * sine + 1.5 * cosine) / 6.0;
@@ -88,7 +89,8 @@ fn held_pulses_do_what_pulses_do() {
             .map(|k| (number(&format!("{name}{k}.{rate}")), number(&format!("{name}{k}.{place}"))));
         println!("{name}: {a:?}, {b:?}, {want}");
         assert!((a.0 / want - 1.0).abs() < 1e-10 && (b.0 / want - 1.0).abs() < 1e-10, "{name}");
-        // Each pulse acts 30 ms later, so the body pushed by mean forces is ahead by this time.
+        // Each pulse acts 30 ms later than its mean force, so the body with mean forces is ahead by
+        // this time.
         assert!(((b.1 - a.1) / (want * 0.03) - 1.0).abs() < 1e-8, "{name}");
     }
 }

@@ -168,7 +168,7 @@ fn a_touch_and_go_at_an_asteroid_that_turns() {
     let mut sim = common::scene_with(touch, &text).unwrap();
     let [mut r, mut v, mut height, mut potential] = [Worst(0.0); 4];
     let (centroid, normal) = (vec3(&row(&contact["centroid"])), vec3(&row(&contact["normal"])));
-    // The reference uses its own G; the polyhedron is the simulation's.
+    // The reference has its own value of G; the polyhedron is from the simulation.
     let shape = Polyhedron::new(
         rows(&body["vertices_m"]).iter().map(|v| vec3(v)).collect(),
         &faces.iter().map(|f| [0, 1, 2].map(|k| f[k] as u32)).collect::<Vec<_>>(),
@@ -190,7 +190,8 @@ fn a_touch_and_go_at_an_asteroid_that_turns() {
     v.below(1e-9, "touch and go, velocity, m/s");
     height.below(1e-7, "touch and go, height over the face, m");
     potential.below(1e-9, "touch and go, potential, relative");
-    // The speed away from the facet at both events, at which the run stops.
+    // The state is the speed away from the facet, which is zero at both events; the run stops
+    // there.
     let touch = vec![Entry::model::<Touch>()];
     let mut sim = common::scene_with(touch, &text).unwrap();
     for (event, name) in all["events"].as_array().unwrap().iter().zip(["contact", "release"]) {

@@ -52,13 +52,14 @@ fn jeod_run_2_with_attitude() {
     let (start, end) = (&all["run"]["scenario"]["orbit"], &all["run"]["final_state"]);
     let mut sim = common::repository("earth_orbit/sim.ron", &TWO_BODIES).unwrap();
     let b = body(&sim, "craft");
-    // The repository's file is this scenario.
+    // The file of the repository must be this scenario.
     assert!((b.position - vec3(&start["pos_m"])).norm() < 1e-9);
     assert!((b.velocity - vec3(&start["vel_mps"])).norm() < 1e-11);
     assert!((b.angular - vec3(&all["initial_omega_run2"])).norm() < 1e-15);
     sim.run_until(seconds(28_800.0)).unwrap();
     let b = body(&sim, "craft");
-    // JEOD's own steps; an independent DOP853 differs from it by 1.1e-5 m and 1.4e-11°, and so does this.
+    // The steps are JEOD's. An independent DOP853 differs from its result by 1.1e-5 m and
+    // 1.4e-11°, and so does this run.
     Worst((b.position - vec3(&end["pos_m"])).norm()).below(2e-5, "position after 8 h, m");
     Worst((b.velocity - vec3(&end["vel_mps"])).norm()).below(2e-8, "velocity after 8 h, m/s");
     let rate = (b.angular - vec3(&end["omega_body_rad_s"])).norm();
@@ -66,7 +67,7 @@ fn jeod_run_2_with_attitude() {
     let rows = &end["T_inertial_to_body"];
     let mut turned = Worst(0.0);
     for k in 0..3 {
-        // Rows of T are the body's axes in inertial ones.
+        // The rows of T are the axes of the body in inertial ones.
         let axis = b.R_WB * Vec3::from_fn(|i, _| f64::from(u8::from(i == k)));
         turned.take((axis - vec3(&rows[k])).norm().to_degrees());
     }
@@ -76,7 +77,7 @@ fn jeod_run_2_with_attitude() {
 /// Reference: Open Space Toolkit's scenario 001-a. Orekit and GMAT differ by 0.024 m.
 #[test]
 fn orekit_and_gmat_for_a_day() {
-    // The tolerance is 0.05 m from Orekit.
+    // The requirement is 0.05 m from Orekit.
     a_day_beside("orbit/ostk-001-a-orekit.csv", 1.0, [0.0095, 1e-5]);
     a_day_beside("orbit/ostk-001-a-gmat.csv", 1000.0, [0.03, 3e-5]);
 }
@@ -123,10 +124,10 @@ fn each_force_moves_the_craft_as_far_as_it_should() {
     let (all, drag, density) = end(&[]);
     println!("after 8 h at {all:?} m, drag {drag} N, density {density:e} kg/m³");
     assert!((1e-13..1e-11).contains(&density) && drag > 0.0);
-    // Final position, m, as in the README.
+    // This is the final position, m, of the README.
     let told = Vec3::new(-1_255_270.0, -6_089_400.0, 2_657_000.0);
     assert!((all - told).amax() < 5.0, "{all:?}");
-    // In m, as in the README.
+    // The distances are in m, as in the README.
     for (what, set, want) in [
         ("Sun and Moon", ["third_bodies=[]"].as_slice(), 26.0),
         ("drag", &["drag_area=0"], 206.0),
@@ -153,7 +154,7 @@ fn each_force_moves_the_craft_as_far_as_it_should() {
     assert!((1e-3..20.0).contains(&moved), "0.1 s of UT1: {moved} m");
     let rk4 = ["integrator=rk4", "accuracy=fixed", "step=5 s"];
     Worst((end(&rk4).0 - all).norm()).below(0.01, "RK4 at 5 s, all forces, m");
-    // The largest drag, at samples of the file's own step.
+    // The largest drag is taken at samples of the file's own step.
     let mut sim = common::repository("earth_orbit/sim.ron", &[]).unwrap();
     let mut greatest = 0.0_f64;
     while sim.before(seconds(28_800.0)) {
@@ -312,7 +313,8 @@ fn euler(b: &Body, turned: f64) -> (Geodetic, Vec3) {
         let e = R_BE * axis;
         Vec3::new(e.y, e.x, -e.z)
     });
-    // Columns are the body's axes in north-east-down; yaw, pitch, roll in this order.
+    // The columns are the axes of the body in north-east-down; yaw, pitch and roll apply in this
+    // order.
     let (roll, pitch, yaw) = (y.z.atan2(z.z), (-x.z).asin(), x.y.atan2(x.x));
     (place, Vec3::new(roll, pitch, yaw))
 }
@@ -330,7 +332,8 @@ fn check_case(number: u8, name: &str, path: &str, [rate, speed]: [&str; 2], limi
     let Some(a) = Case::read(&format!("{folder}_04.csv")) else { return };
     let Some(b) = Case::read(&format!("{folder}_05_10hz.csv")) else { return };
     assert!(a.rows.len() == 301 && b.rows.len() == 301);
-    // Tolerances: 0.02 ft, 0.002 ft/s, 1e-3°. The two rates differ by 1e-11 rad/s × 2e7 ft = 4.1e-4 ft/s.
+    // The tolerances are 0.02 ft, 0.002 ft/s and 1e-3°. The two rates differ by 1e-11 rad/s × 2e7 ft =
+    // 4.1e-4 ft/s.
     beside(number, path, (WORKBOOK_RATE, &[]), (&a, &b), [0.02, 0.002, 1e-3, 1e-3]);
     let rate = format!("{rate}={SIMULATOR_RATE:?}");
     let speed = format!("{speed}=[0, {:?}, 0]", SIMULATOR_RATE * 6_387_281.0);
@@ -350,7 +353,8 @@ fn beside(
     let [mut p, mut v, mut e, mut w, mut h] = [Worst(0.0); 5];
     for k in 0..301 {
         let t = a.get(k, "time");
-        // Simulator 05 prints some of its times with an error of a microsecond: 0.0015 ft of the path.
+        // Simulator 05 prints some of its times with an error of a microsecond, in which the body
+        // moves by 0.0015 ft.
         assert!((t - b.get(k, "time")).abs() < 2e-6);
         sim.run_until(seconds(t)).unwrap();
         let mid = |name: &str, ends| (a.vec(k, name, ends) + b.vec(k, name, ends)) * 0.5;

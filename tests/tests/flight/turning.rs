@@ -57,7 +57,8 @@ fn a_velocity_that_is_pinned_stays() {
     }
     sim.run_until(seconds(100.0)).unwrap();
     assert_eq!(get(&sim, "craft.velocity"), Vec3::new(3.0, 6000.0, 4500.0));
-    // It moves on a circle: the prescribed component along x, and the other perpendicular to it.
+    // The craft moves on a circle: the prescribed component is along x, the other perpendicular to
+    // it.
     let way = get(&sim, "craft.position") - Vec3::new(7e6, 0.0, 0.0);
     assert!((way.x - 300.0).abs() < 1e-6, "{way:?}");
     let (turn, w) = (1.0_f64, 0.01);

@@ -71,7 +71,7 @@ fn a_gravity_turn_comes_down_upright_on_the_moon() {
     let upright = -slow[2].to_degrees();
     let most = held.iter().fold(0.0_f64, |most, n| most.max((n / held[0] - 1.0).abs()));
     println!("lit at {lit:?}, slow at {slow:?}, {upright} deg; N {} to {most:e}", held[0]);
-    // Force at ignition, N: 0.8 of 4.5 kN on a tonne; local g.
+    // The thrust at ignition is 0.8 of 4.5 kN on a tonne, and g the local gravity.
     let g = 4.9028e12 / (1_735_400.0 + lit[0]).powi(2);
     assert!((held[0] / (0.8 * 4500.0 / (1000.0 * g)) - 1.0).abs() < 0.02, "{}", held[0]);
     assert!(most < 0.01 && held.len() > 1000, "{most}");
@@ -79,7 +79,8 @@ fn a_gravity_turn_comes_down_upright_on_the_moon() {
     let left = number(&sim, "Tank.propellant");
     let spent = 287.0 * G0 * (1000.0 / (800.0 + left)).ln();
     println!("{left} kg left, {spent} m/s spent, lit at {} m/s", lit[1]);
-    // The speed that is braked plus the gravity loss: V + g t, with t from the mean deceleration.
+    // The engine must remove the initial speed and the gravity loss: V + g t, with t from the mean
+    // deceleration.
     assert!(spent > lit[1] && spent < 2.5 * lit[1]);
     let down = velocity(&sim, "lander");
     assert!((down.z + 1.5).abs() < 0.02 && down.xy().norm() < 0.05, "{down}");
@@ -109,10 +110,11 @@ fn jets_on_the_lines_of_a_phase_plane_fall_into_their_limit_cycle() {
     let pulses = number(&sim, "Plane.pulses") - before;
     let spent = number(&sim, "Impulse.y") - from;
     println!("{pulses} pulses, {spent} N s, rates {low:e} to {high:e} of {bit:e}, {wide} rad");
-    // Two jets of 1 N for 50 ms each time.
+    // In each pulse two jets of 1 N are open for 50 ms.
     assert!((spent / pulses - 2.0 * pulse).abs() < 1e-9, "{spent} {pulses}");
     assert!(((high - low) / bit - 1.0).abs() < 0.02 && low < 0.0 && high > 0.0, "{low} {high}");
-    // It reverses where θ + 5 s ω reaches the deadband: earlier on the side towards which it moves faster.
+    // The rotation reverses where θ + 5 s ω reaches the deadband: earlier on the side towards which it is
+    // faster.
     let slower = high.min(-low);
     assert!((wide / (deadband - 5.0 * slower) - 1.0).abs() < 0.01, "{wide}");
     let across = 2.0 * deadband - 5.0 * (high - low);
@@ -155,7 +157,7 @@ fn a_tank_that_blows_down_is_dry_when_the_closed_form_says() {
 fn a_cube_in_low_orbit_is_braked_as_free_molecules_do() {
     let mut sim = repository("earth_orbit/panels.ron", &[]).unwrap();
     let number = |sim: &linkwork_runtime::Simulation, name: &str| sim.get(name).unwrap();
-    // Reference: the standard atmosphere at 300 km.
+    // The reference is the standard atmosphere at 300 km.
     let (density, r0, z) = (1.915_68e-11_f64, 6356.766_f64, 300.0_f64);
     let temperature = 1000.0 - 640.0 * (-0.018_75 * (z - 120.0) * (r0 + 120.0) / (r0 + z)).exp();
     let (radius, face, mass) = (6_678_137.0_f64, 0.1, 20.0);
@@ -168,7 +170,7 @@ fn a_cube_in_low_orbit_is_braked_as_free_molecules_do() {
     let felt = get(&sim, "Panels.load.force");
     println!("S {ratio}, C_D {coefficient}: {drag} N, felt {felt:?}");
     assert!((-felt.y / drag - 1.0).abs() < 1e-4 && felt.x.abs() + felt.z.abs() < 1e-9 * drag);
-    // ȧ = −2 D a/(m v) on a circle.
+    // The semi-major axis of a circle decreases by ȧ = −2 D a/(m v).
     let turn = 2.0 * std::f64::consts::PI * radius / speed;
     let axis = |sim: &linkwork_runtime::Simulation| -0.5 * MU / number(sim, "Orbit.energy");
     sim.run_until(seconds((turn * 1e3).round() / 1e3)).unwrap();
@@ -179,6 +181,6 @@ fn a_cube_in_low_orbit_is_braked_as_free_molecules_do() {
     sim.run_until(seconds(86_400.0)).unwrap();
     let (down, turned) = (radius - axis(&sim), number(&sim, "Panels.alpha_total").to_degrees());
     println!("{down} m in a day, {turned} deg off the stream");
-    // Sixteen revolutions, and denser air below: 2 % per kilometre.
+    // A day has sixteen revolutions, and the air below is denser: 2 % per kilometre.
     assert!(down > 15.9 * lost && down < 17.5 * lost && turned < 5.0, "{down} {turned}");
 }

@@ -36,7 +36,7 @@ fn archives_that_are_none() {
     assert!(bench.sim(PART).is_ok());
     std::fs::write(&file, &good[..good.len() / 2]).unwrap();
     refused(&bench, PART, &["`unit.fmu` is not a readable unit archive"]);
-    // A flipped byte in the library's compressed content.
+    // One byte of the library's compressed content is flipped.
     let mut flipped = good.clone();
     let at = good.len() / 2;
     flipped[at] ^= 0x55;
@@ -60,15 +60,15 @@ fn units_for_another_platform_or_kind() {
     refused(&bench, PART, &["another platform", "plan9", &platform(2)]);
     pack(&file, &[("modelDescription.xml", text.as_bytes()), (&binary(2), b"no library")]);
     refused(&bench, PART, &["cannot be loaded"]);
-    // The library of the other version, whose functions have other names.
+    // The library is for the other version, whose functions have other names.
     let other = library(bench.dir.path(), 3, Model::Spring);
     pack(&file, &[("modelDescription.xml", text.as_bytes()), (&binary(2), &other)]);
     refused(&bench, PART, &["lacks the function `fmi2Instantiate`"]);
-    // Only model exchange.
+    // The description contains only model exchange.
     let equations: String = text.lines().filter(|l| !l.contains("<CoSim")).collect();
     pack(&file, &[("modelDescription.xml", equations.as_bytes()), (&binary(2), &code)]);
     refused(&bench, PART, &["not a unit for co-simulation", "fmi.model_exchange"]);
-    // A description that was changed after the library was built.
+    // The description was changed after the library was built.
     let changed = text.replace(TOKEN, "{another}");
     pack(&file, &[("modelDescription.xml", changed.as_bytes()), (&binary(2), &code)]);
     refused(&bench, PART, &["cannot be instantiated", "the guid is of another model"]);
@@ -155,7 +155,7 @@ fn units_that_fail_on_the_way() {
                 assert!(told.contains(phrase), "FMI {version} {kind} {fault}: {phrase:?}\n{told}");
             }
             assert!((0.04..0.09).contains(&error.time), "FMI {version} {kind} {fault}: {told}");
-            // The FMU is not called again.
+            // The failed FMU is not called again.
             let again = run.run_until(seconds(1.0)).unwrap_err().to_string();
             assert!(again.contains("Spring"), "{again}");
         }

@@ -56,7 +56,7 @@ fn an_exported_simulation_is_itself() {
 #[test]
 fn inputs_arrive_and_state_is_saved() {
     let bench = Bench::new();
-    // A controller with its own samples, whose command is not connected.
+    // The inner simulation is a controller with its own samples, whose command is not connected.
     let inner = r#"Simulation(
     parts: {
         "Control": (model: "control.rate_controller", rate: "50 Hz", params: { "kp": 2, "ki": 5, "limit": 10 }),
@@ -90,7 +90,7 @@ fn inputs_arrive_and_state_is_saved() {
         assert_eq!(a, b, "at {t} s");
     }
     assert!(outer.get("Unit.Motor_y").unwrap().abs() > 0.1);
-    // Interrupted and resumed.
+    // The run is interrupted and resumed.
     let end = outer.hash();
     let mut first = bench.sim(text).unwrap();
     run(&mut first, 0.37);
@@ -100,7 +100,7 @@ fn inputs_arrive_and_state_is_saved() {
     run(&mut second, 1.0);
     assert_eq!(second.get("Unit.Motor_y").unwrap(), outer.get("Unit.Motor_y").unwrap());
     assert_eq!(second.hash(), end);
-    // Communication steps between the samples of the inner simulation.
+    // The communication steps end between the samples of the inner simulation.
     let odd = text
         .replace("rate: \"10 ms\"", "rate: \"7 ms\"")
         .replace("step: \"10 ms\"", "step: \"7 ms\"");

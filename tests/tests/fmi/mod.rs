@@ -56,7 +56,7 @@ fn a_spring_as_equations_is_the_native_spring() {
                 worst = if error.is_nan() { error } else { worst.max(error) };
             }
         }
-        // Measured 1e-15.
+        // Measured: 1e-15.
         println!("FMI {version}: {worst:e}");
         assert!(worst < 1e-14, "{worst}");
         assert_eq!(sim.variable("Spring.x").unwrap().unit, "m");
@@ -93,7 +93,8 @@ fn co_simulation_comes_nearer_with_the_communication_step() {
             assert!((ratio - 2.0).abs() < 0.1, "{errors:?}");
         }
         assert!(errors[3] < 1e-3, "{errors:?}");
-        // Only the FMU's own solver has an error without inputs: fourth order with 10 ms / 4.
+        // Without inputs only the FMU's own solver has an error: it is of fourth order with steps
+        // of 10 ms / 4.
         let alone =
             r#"model: "fmi.co_simulation", rate: "10 ms", params: { "file": "spring.fmu" }"#;
         let mut sim = bench.sim(&spring(alone, "10 ms", "")).unwrap();
@@ -145,11 +146,11 @@ fn a_ball_bounces_like_the_native_one() {
         println!("FMI {version}: {worst:e}, lamp at {lamp:?}");
         assert_eq!(sim.get("Ball.n").unwrap(), sim.get("Native.impacts").unwrap());
         assert!(sim.get("Ball.n").unwrap() >= 3.0);
-        // Located to 1 ps at 4.4 m/s.
+        // Events are located to 1 ps, and the speed is 4.4 m/s.
         assert!(worst < 1e-10, "{worst}");
         assert!((lamp.unwrap() - 0.26).abs() < 1e-11, "{lamp:?}");
 
-        // The values with its own solver are equal at the communication points.
+        // With its own solver the FMU gives equal values at the communication points.
         let text = ball(
             r#"model: "fmi.co_simulation", rate: "50 ms", params: { "file": "ball.fmu" }"#,
             "",
@@ -183,7 +184,7 @@ fn co_simulation_stops_at_the_events_of_a_unit() {
     let dig = r#""Dig": (model: "basics.step", params: { "time": "0.3 s", "after": 2.0 }),"#;
     let text = ball(unit, dig).replace("step:", "wires: [\"Dig.y -> Ball.floor\"], step:");
     let mut sim = bench.sim(&text).unwrap();
-    // Falling 3 m takes 0.782 s.
+    // A fall of 3 m takes 0.782 s.
     for (time, n) in [(0.75, 0.0), (0.85, 1.0)] {
         run(&mut sim, time);
         assert_eq!(sim.get("Ball.n").unwrap(), n);
@@ -210,7 +211,7 @@ fn a_whole_number_acts_at_an_event() {
         run(&mut sim, 0.4);
         assert_eq!(sim.get("Ball.gap").unwrap(), sim.get("Ball.h").unwrap() + 2.0);
         run(&mut sim, 0.75);
-        // Falling 3 m takes 0.78 s.
+        // A fall of 3 m takes 0.78 s.
         assert_eq!(sim.get("Ball.n").unwrap(), 0.0);
         run(&mut sim, 0.85);
         assert_eq!(sim.get("Ball.n").unwrap(), 1.0);

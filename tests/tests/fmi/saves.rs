@@ -44,7 +44,8 @@ fn cut(bench: &Bench, text: &str, what: &str) {
     let mut straight = bench.sim(text).unwrap();
     run(&mut straight, 1.0);
     let end = straight.hash();
-    // A checkpoint through its file into new objects, as in a new process; also after events.
+    // A checkpoint is loaded from its file into new objects, as in a new process, also after
+    // events.
     let mut first = bench.sim(text).unwrap();
     let mut cuts = 0;
     while first.time() < 0.95 {
@@ -60,7 +61,7 @@ fn cut(bench: &Bench, text: &str, what: &str) {
         }
         cuts += 1;
     }
-    // Forks and snapshots; parallel runs do not influence each other.
+    // Forks and snapshots continue as well, and parallel runs do not affect each other.
     let mut origin = bench.sim(text).unwrap();
     run(&mut origin, 0.43);
     let mut snapshot = Snapshot::default();
@@ -72,7 +73,7 @@ fn cut(bench: &Bench, text: &str, what: &str) {
     origin.load_from(&snapshot).unwrap();
     run(&mut origin, 1.0);
     assert_eq!(origin.hash(), end, "{what}: snapshot");
-    // A fork at the first instant, before any query of the FMU.
+    // This fork is at the first instant, before any query of the FMU.
     let mut fork = bench.sim(text).unwrap().fork();
     run(&mut fork, 1.0);
     assert_eq!(fork.hash(), end, "{what}: fork of the start");
@@ -100,7 +101,7 @@ fn a_unit_that_cannot_save_refuses_with_its_path() {
             run(&mut whole, 0.5);
             bench.unit("spring.fmu", version, Model::Spring, without(attribute));
             let mut sim = bench.sim(&text(kind, "spring.fmu")).unwrap();
-            // The simulation runs.
+            // The simulation runs, although the FMU cannot save its state.
             run(&mut sim, 0.3);
             let told = |e: String| {
                 assert!(e.contains("`Unit`") && e.contains(attribute), "{e}");
@@ -112,7 +113,7 @@ fn a_unit_that_cannot_save_refuses_with_its_path() {
             told(sim.load_from(&snapshot).unwrap_err().to_string());
             let mut fork: Simulation = sim.fork();
             told(fork.run_until(seconds(0.5)).unwrap_err().to_string());
-            // None of this has influenced the run.
+            // None of these errors affects the run.
             run(&mut sim, 0.5);
             assert_eq!(sim.get("Unit.x").unwrap(), whole.get("Unit.x").unwrap());
         }
@@ -154,11 +155,11 @@ fn a_checkpoint_of_another_unit_is_refused() {
     let mut sim = bench.sim(&text).unwrap();
     run(&mut sim, 0.1);
     let saved = sim.checkpoint("").unwrap();
-    // The file has changed since.
+    // The file has changed since the checkpoint.
     bench.unit("spring.fmu", 3, Model::Spring, |t| t.replace("start=\"4\"", "start=\"5\""));
     let told = bench.sim(&text).unwrap().restore(&saved).unwrap_err().to_string();
     assert!(told.contains("files"), "{told}");
-    // Bytes that are not a state of the FMU.
+    // These bytes are not a state of the FMU.
     bench.unit("spring.fmu", 3, Model::Spring, |t| t);
     let mut damaged = saved.clone();
     for bytes in damaged.stores.values_mut() {

@@ -90,7 +90,7 @@ pub fn description(version: u8, model: Model) -> String {
                 exact(name, causality)
             );
         }
-        // Indices start at 1: derivatives follow the reals.
+        // Indices start at 1, and the derivatives follow the reals.
         let (dx, dv) = (reals.len() + 1, reals.len() + 2);
         for (name, vr, of) in [("der(x)", 3, 1), ("der(v)", 4, 2)] {
             v += &format!(

@@ -11,7 +11,7 @@ const CASES: &[Case] = &[
         wires: ["M.attitude -> P.attitude", "M.rate -> P.rate", "Zero.y -> P.target.x", "Zero.y -> P.target.y", "Zero.y -> P.target.z", "One.y -> P.target.w"],
         gravity: "none", step: "10 ms", until: "0.1 s",
         metrics: { "error": (of: "P.error", unit: "deg"), "torque": (of: "P.torque.z") }"#,
-        // 160 degrees remain, forwards.
+        // An error of 160 degrees in the positive direction remains.
         want: &[("error", 160.0, 1e-6), ("torque", 1.4, 1e9)],
     },
     Case {
@@ -64,7 +64,7 @@ const CASES: &[Case] = &[
             "C": (model: "control.rate_controller", rate: "10 Hz", params: { "kp": 0.5, "ki": 1, "limit": 5 }) },
         wires: ["T.y -> C.target", "Zero.y -> C.rate"], step: "0.1 s", until: "120 s",
         metrics: { "full": (of: "C.volts", at: "time >= 99 s"), "soon": (of: "C.volts", at: "time >= 111 s"), "least": (of: "C.volts", take: "min"), "most": (of: "C.volts", take: "max") }"#,
-        // At most 5 V + 5 V of the integral part must be undone, at 1 V/s, minus the proportional part.
+        // At most 5 V + 5 V of the integral part have to decay at 1 V/s, less the proportional part.
         want: &[
             ("full", 5.0, 1e-9),
             ("soon", -5.0, 0.7),

@@ -57,7 +57,8 @@ const CASES: &[Case] = &[
         },
         parts: { EARTH }, contact: (), step: "1 ms", until: "1 s",
         metrics: { "a": (of: "a.position.x"), "b": (of: "b.position.x"), "c": (of: "c.position.x") }"#,
-        // 0.034202 + g (sin 20 - mu cos 20) t^2 / 2 cos 20 with mu = 0.1, 0.2 and 0.5.
+        // The positions are 0.034202 + g (sin 20 - mu cos 20) t^2 / 2 cos 20 with mu = 0.1, 0.2 and
+        // 0.5.
         want: &[("a", 1.177_56, 3e-3), ("b", 0.744_44, 3e-3), ("c", 0.034_202, 2e-4)],
     },
     Case {
@@ -65,7 +66,7 @@ const CASES: &[Case] = &[
         text: r#"bodies: { "nut": (parent: "world", hinge: Screw(axis: [0, 0, 1], pitch: "0.1 m/rev"), mass: 2, inertia: [0.01, 0.01, 0.003]) },
         parts: { EARTH, "M": (model: "sensors.motion", bind: { "mount": "node:nut" }) }, step: "1 ms", until: "1 s",
         metrics: { "z": (of: "M.position.z"), "rate": (of: "nut.rate") }"#,
-        // z'' = -m g / (m + I (2 pi / p)^2).
+        // The acceleration is z'' = -m g / (m + I (2 pi / p)^2).
         want: &[("z", -0.708_634_53, 1e-7), ("rate", -89.049_641, 1e-4)],
     },
     Case {
@@ -87,7 +88,7 @@ const CASES: &[Case] = &[
         },
         parts: { EARTH, "M": (model: "sensors.motion", bind: { "mount": "node:bob/end" }) }, step: "1 ms", until: "5 s",
         metrics: { "low": (of: "M.position.z", take: "min"), "high": (of: "M.position.z", take: "max"), "x": (of: "M.position.x") }"#,
-        // w = sqrt(g / (l cos 30)) = 3.3656518 rad/s; x = -sin 30 cos(5 w).
+        // The rate is w = sqrt(g / (l cos 30)) = 3.3656518 rad/s, and x = -sin 30 cos(5 w).
         want: &[("low", -0.866_025_4, 1e-6), ("high", -0.866_025_4, 1e-6), ("x", 0.217_708, 1e-6)],
     },
     Case {
@@ -150,7 +151,7 @@ const CASES: &[Case] = &[
         text: r#"bodies: { "arm": (parent: "world", hinge: Pin([0, 1, 0]), mass: 2, com: [0, 0, -0.5], inertia: [0.1, 0.1, 0.1], initial: (rate: 3)) },
         parts: { EARTH }, step: "1 ms", until: "5 s",
         metrics: { "max": (of: "arm.angle", take: "max", unit: "deg"), "min": (of: "arm.angle", take: "min", unit: "deg") }"#,
-        // (I + m l^2) w^2 / 2 = m g l (1 - cos).
+        // The energy gives (I + m l^2) w^2 / 2 = m g l (1 - cos).
         want: &[("max", 43.550_229, 1e-3), ("min", -43.550_229, 1e-3)],
     },
     Case {
@@ -173,7 +174,8 @@ const CASES: &[Case] = &[
         text: r#"bodies: { "bob": (parent: "world", hinge: Ball, damping: 0.4, mass: 2, com: [0, 0, -0.5], inertia: [0.1, 0.1, 0.1], initial: (rotation: (axis: [0, 1, 0], angle: 1e-3))) },
         parts: { EARTH }, step: "1 ms", until: "4 s",
         metrics: { "y": (of: "bob.rotation.y", at: "time >= 2 s") }"#,
-        // A damped oscillator with I = 0.6, d = 0.4, k = 9.81; the quaternion has half of the angle.
+        // The body is a damped oscillator with I = 0.6, d = 0.4, k = 9.81; the quaternion has half
+        // of the angle.
         want: &[("y", -3.160_037_6e-5, 1e-9)],
     },
     Case {
@@ -195,7 +197,7 @@ const CASES: &[Case] = &[
         },
         parts: { EARTH, "M": (model: "sensors.motion", bind: { "mount": "node:a" }) }, contact: (friction: 0.5), step: "1 ms", until: "5 s",
         metrics: { "height": (of: "a.position.z", take: "range"), "vx": (of: "M.velocity.x"), "vy": (of: "M.velocity.y") }"#,
-        // It ends with 5/7 of its initial speed, for any friction.
+        // The ball ends with 5/7 of its initial speed, for any friction.
         want: &[("height", 0.0, 1.1e-4), ("vx", 1.428_571, 2e-3), ("vy", 0.714_286, 1e-3)],
     },
     Case {

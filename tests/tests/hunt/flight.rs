@@ -27,7 +27,7 @@ const CASES: &[Case] = &[
         parts: { "Gravity": (model: "environment.point_mass_gravity"), "Orbit": (model: "flight.orbit", bind: { "body": "node:a" }) },
         step: "60 s", integrator: "verner_87", until: "1 h",
         metrics: { "x": (of: "a.position.x", at: "time >= 0 s"), "v": (of: "a.velocity.y", at: "time >= 0 s"), "i": (of: "Orbit.inclination", unit: "deg"), "e": (of: "Orbit.eccentricity"), "low": (of: "Orbit.pericentre", unit: "km"), "high": (of: "Orbit.apocentre", unit: "km") }"#,
-        // v = sqrt(mu (1 + e) / (a (1 - e))).
+        // The speed is v = sqrt(mu (1 + e) / (a (1 - e))).
         want: &[
             ("x", 7.2e6, 1e-6),
             ("v", -7_803.671_554, 1e-5),
@@ -53,7 +53,7 @@ const CASES: &[Case] = &[
         parts: { "Gravity": (model: "environment.point_mass_gravity"), "Orbit": (model: "flight.orbit", bind: { "body": "node:a" }) },
         step: "1 h", integrator: "verner_87", until: "1000 h",
         metrics: { "energy": (of: "Orbit.energy"), "e": (of: "Orbit.eccentricity"), "speed": (of: "Orbit.speed"), "low": (of: "Orbit.pericentre", unit: "km"), "high": (of: "Orbit.apocentre") }"#,
-        // v^2 = mu (2/r + 1/20000 km).
+        // The speed follows from v^2 = mu (2/r + 1/20000 km).
         want: &[
             ("energy", 9_965_011.0, 1.0),
             ("e", 1.5, 1e-8),
@@ -108,7 +108,7 @@ const CASES: &[Case] = &[
             "Canopy": (model: "flight.canopy", params: { "diameter": 4, "drag_coefficient": 0.8, "porosity": 12.5, "start": 5 }, bind: { "canopy": "node:a" }), "M": (model: "sensors.motion", bind: { "mount": "node:a" }) },
         step: "10 ms", until: "60 s",
         metrics: { "x": (of: "M.velocity.x"), "y": (of: "M.velocity.y"), "z": (of: "M.velocity.z"), "back": (of: "M.velocity.x", take: "min") }"#,
-        // sqrt(2 m g / (rho (C_D S)) with C_D S = 0.8 pi 4 + 0.01.
+        // The terminal speed is sqrt(2 m g / (rho (C_D S)) with C_D S = 0.8 pi 4 + 0.01.
         want: &[("x", 5.0, 1e-3), ("y", -3.0, 1e-3), ("z", -4.031, 0.01), ("back", 0.0, 1e-9)],
     },
     Case {
@@ -121,7 +121,7 @@ const CASES: &[Case] = &[
             "D": (model: "flight.drag", params: { "coefficient": 1, "area": 2 }, bind: { "body": "node:b/p" }) },
         gravity: "none", step: "1 ms", until: "0.1 s",
         metrics: { "a": (of: "a.angular.y"), "b": (of: "b.angular.y"), "drag": (of: "D.drag") }"#,
-        // r x F: -0.5 x 20 / 10 and -0.5 x 10 kN / 1e6, for 0.1 s.
+        // The rates follow from r x F: -0.5 x 20 / 10 and -0.5 x 10 kN / 1e6, for 0.1 s.
         want: &[("a", -0.1, 1e-4), ("b", -5e-4, 1e-7), ("drag", 10_000.0, 30.0)],
     },
     Case {
@@ -136,7 +136,7 @@ const CASES: &[Case] = &[
         wires: ["Tank.propellant -> Mass.u", "Mass.y -> Plan.mass", "Plan.force -> Engine.command"], connect: [("Engine.propellant", "Tank.outlet")],
         step: "1 s", integrator: "dormand_prince_54", until: "6000 s",
         metrics: { "low": (of: "Orbit.pericentre", unit: "km"), "high": (of: "Orbit.apocentre", unit: "km"), "done": (of: "Plan.done") }"#,
-        // Each burn takes 140 s, 8 degrees of the orbit.
+        // Each burn takes 140 s, in which the craft moves by 8 degrees of the orbit.
         want: &[("low", 800.0, 1.0), ("high", 800.0, 1.0), ("done", 2.0, 0.0)],
     },
     Case {
@@ -151,7 +151,7 @@ const CASES: &[Case] = &[
         wires: ["Tank.propellant -> Mass.u", "Mass.y -> Plan.mass", "Plan.force -> Engine.command"], connect: [("Engine.propellant", "Tank.outlet")],
         step: "10 ms", integrator: "rk4", until: "120 s",
         metrics: { "left": (of: "Tank.propellant") }"#,
-        // 1000 kg e^(-1500/(300 x 9.80665)) - 500 kg.
+        // The remaining propellant is 1000 kg e^(-1500/(300 x 9.80665)) - 500 kg.
         want: &[("left", 100.581, 0.02)],
     },
     Case {
@@ -168,7 +168,8 @@ const CASES: &[Case] = &[
         wires: ["M.y -> A.mass", "M.y -> B.mass", "A.force -> EA.command", "B.force -> EB.command"], connect: [("EA.propellant", "EB.propellant", "Feed.outlet")],
         step: "1 ms", integrator: "rk4", until: "1 s",
         metrics: { "ahead": (of: "OA.energy"), "out": (of: "OB.energy") }"#,
-        // ((v_r + dv_r)^2 + (v_t + dv_t)^2)/2 - mu/r with r = p, v_r = 0.6 sqrt(mu/p), v_t = sqrt(mu/p).
+        // The energy is ((v_r + dv_r)^2 + (v_t + dv_t)^2)/2 - mu/r with r = p, v_r = 0.6 sqrt(mu/p), v_t
+        // = sqrt(mu/p).
         want: &[("ahead", -4_957_549.936, 10.0), ("out", -6_587_132.939, 10.0)],
     },
     Case {
@@ -189,7 +190,8 @@ const CASES: &[Case] = &[
         parts: { "Gravity": (model: "environment.point_mass_gravity"), "VisualShape": (model: "flight.station_keeping", params: { "mass": 1, "force_max": 0 }, bind: { "chief": "node:chief", "deputy": "node:deputy" }) },
         step: "10 s", integrator: "verner_87", until: "5830 s",
         metrics: { "vy": (of: "VisualShape.velocity.y", at: "time >= 0 s"), "x": (of: "VisualShape.position.x", at: "time >= 1457.129 s"), "y": (of: "VisualShape.position.y", at: "time >= 1457.129 s"), "z": (of: "VisualShape.position.z", at: "time >= 1457.129 s"), "far": (of: "VisualShape.position.y", take: "max_abs") }"#,
-        // n = sqrt(mu/r^3) = 1.0780076e-3 rad/s: v_y = -2 n x, and after a quarter of the orbit (0, -2 x, 0).
+        // With n = sqrt(mu/r^3) = 1.0780076e-3 rad/s the velocity is v_y = -2 n x, and after a quarter of the
+        // orbit the position is (0, -2 x, 0).
         want: &[
             ("vy", -0.021_560_15, 1e-7),
             ("x", 0.0, 1e-3),
@@ -257,7 +259,7 @@ const CASES: &[Case] = &[
         parts: { "Gravity": (model: "environment.point_mass_gravity"), "Sun": (model: "environment.fixed_sun", params: { "direction": [1, 0, 0], "distance_au": 1 }), "P": (model: "flight.radiation_pressure", params: { "area": 1 }, bind: { "body": "node:a" }) },
         step: "1 s", integrator: "dormand_prince_54", accuracy: (step_max: "1 s"), until: "5828.516 s",
         metrics: { "lit": (of: "P.visible", take: "mean") }"#,
-        // 1 - asin(R / a) / pi.
+        // The lit share is 1 - asin(R / a) / pi.
         want: &[("lit", 0.635_186, 2e-4)],
     },
     Case {
@@ -267,7 +269,7 @@ const CASES: &[Case] = &[
         parts: { "Gravity": (model: "environment.zonal_gravity", params: { "j2": 1.08262668e-3 }), "Orbit": (model: "flight.orbit", bind: { "body": "node:a" }) },
         step: "60 s", integrator: "verner_87", until: "86400 s",
         metrics: { "node": (of: "Orbit.ascending_node", unit: "deg") }"#,
-        // -1.5 n J2 (R / a)^2 cos i: 0.985 deg a day, eastwards.
+        // The node moves by -1.5 n J2 (R / a)^2 cos i, which is 0.985 deg a day eastwards.
         want: &[("node", 10.985_3, 0.01)],
     },
     Case {

@@ -11,7 +11,7 @@ const CASES: &[Case] = &[
             "M": (model: "sensors.motion", bind: { "mount": "node:car" }) },
         step: "1 ms", until: "30 s",
         metrics: { "speed": (of: "M.velocity.x", at: "time >= 20 s"), "across": (of: "M.velocity.y", at: "time >= 20 s"), "end": (of: "M.velocity.x") }"#,
-        // mu = 0.7 against tan 20 deg = 0.364.
+        // The friction mu = 0.7 exceeds tan 20 deg = 0.364.
         want: &[("speed", 0.0, 1e-9), ("across", 0.0, 1e-9), ("end", 0.0, 1e-9)],
     },
     Case {

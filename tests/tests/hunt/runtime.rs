@@ -31,7 +31,7 @@ const CASES: &[Case] = &[
             "O": (model: "basics.statistics", rate: "7 Hz") },
         wires: ["T.y -> F.u", "F.y -> S.u", "T.y -> O.u"], step: "10 ms", until: "1 s",
         metrics: { "n": (of: "S.count"), "mean": (of: "S.mean"), "odd": (of: "O.count"), "odd mean": (of: "O.mean") }"#,
-        // 0, 1, .. 999 ms; 0, 1/7, .. 6/7 s.
+        // The samples are at 0, 1, .. 999 ms, and at 0, 1/7, .. 6/7 s.
         want: &[
             ("n", 1000.0, 0.0),
             ("mean", 0.4995, 1e-9),

@@ -36,7 +36,8 @@ const CASES: &[Case] = &[
         wires: ["One.y -> On.a", "Zero.y -> On.b", "On.y -> Load.on", "Sun.y -> Panel.power"], connect: [("Load.supply", "Battery.terminal"), ("Panel.output", "Battery.charger")],
         step: "3600 s", integrator: "dormand_prince_54", until: "3600 s",
         metrics: { "flat": (of: "Battery.empty", take: "mean"), "end": (of: "Battery.charge"), "when": (of: "Battery.charge", take: "time_of_min") }"#,
-        // 0.5 Ah at 2 A: flat at 900 s. 4 A from 1200 s on give 5 % in 45 s, then the load draws 2 A of it until 2400 s, and all after that.
+        // The battery of 0.5 Ah is empty after 900 s at 2 A. From 1200 s on, 4 A charge 5 % in 45 s; then the load
+        // draws 2 A of it until 2400 s, and all after that.
         want: &[("flat", 345.0 / 3600.0, 1e-4), ("end", 0.025, 1e-4), ("when", 900.0, 1.0)],
     },
     Case {
@@ -47,7 +48,7 @@ const CASES: &[Case] = &[
         wires: ["One.y -> On.a", "Zero.y -> On.b", "On.y -> Load.on"], connect: [("Load.supply", "Battery.terminal")],
         step: "1 s", integrator: "dormand_prince_54", until: "2000 s",
         metrics: { "start": (of: "Battery.charge", take: "max"), "empty": (of: "Battery.charge", take: "time_of_min"), "half": (of: "Battery.charge", at: "time >= 900 s"), "least": (of: "Battery.charge", take: "min") }"#,
-        // 1 Ah at 2 A: 1800 s.
+        // A charge of 1 Ah lasts 1800 s at 2 A.
         want: &[
             ("start", 0.5, 1e-12),
             ("empty", 1800.0, 0.2),
@@ -102,7 +103,7 @@ const CASES: &[Case] = &[
             "B": (model: "sensors.imu", rate: "1 kHz", params: { "grade": ideal, "gyro_white": 0.001, "accel_white": 0.002 }, bind: { "mount": "node:up" }) },
         step: "1 ms", until: "100 s",
         metrics: { "a": (of: "A.rate.x", take: "std"), "b": (of: "B.rate.x", take: "std"), "c": (of: "A.force.x", take: "std"), "mean": (of: "A.force.z", take: "mean") }"#,
-        // N sqrt(rate).
+        // The deviation is N sqrt(rate).
         want: &[("a", 0.01, 3e-4), ("b", 0.031_623, 4e-4), ("c", 0.02, 6e-4), ("mean", 9.81, 1e-3)],
     },
     Case {
@@ -139,7 +140,7 @@ const CASES: &[Case] = &[
         text: r#"parts: { "A": (model: "power.thermal_node", params: { "capacity": 1000, "temperature": "26.85 degC", "area": 1, "emissivity": 0.8 }), "Space": (model: "basics.constant", params: { "value": 0 }) },
         wires: ["Space.y -> A.sky"], step: "1 s", until: "3600 s",
         metrics: { "T": (of: "A.temperature") }"#,
-        // T^-3 = T0^-3 + 3 e s A t / C.
+        // The temperature follows from T^-3 = T0^-3 + 3 e s A t / C.
         want: &[("T", 123.805_945, 1e-3)],
     },
     Case {

@@ -42,7 +42,7 @@ fn a_ball_hinge_keeps_its_limits() {
             until(&mut sim, f64::from(k) * 0.01);
             most = most.max(angles(&sim)[which]);
         }
-        // It may exceed the limit by the slop of 1e-4 rad.
+        // The angle may exceed the limit by the slop of 1e-4 rad.
         assert!((most - limit).abs() < 1e-3, "{limits}: {most} {limit}");
     }
 }

@@ -28,13 +28,13 @@ fn an_ellipsoid_rocks_with_the_frequency_of_its_curvature() {
         let a = radii[k];
         let omega = (G * (a * a / c - c) / ((a * a + c * c) / 5.0 + c * c)).sqrt();
         let start = 0.01;
-        // The exact height of the centre over the lowest point.
+        // This is the exact height of the centre above the lowest point.
         let (sin, cos) = f64::sin_cos(start);
         let height = (a * a * sin * sin + c * c * cos * cos).sqrt();
         let initial =
             format!("position: [0, 0, {height}], rotation: (axis: {axis:?}, angle: {start})");
         let mut sim = egg(radii, &initial, "friction: 1", "0.2 ms");
-        // Times at which the tilt passes zero: half periods.
+        // The tilt passes zero once in each half period.
         let part = ["egg.rotation.y", "egg.rotation.x"][k];
         let (mut before, mut zeros) = (sim.get(part).unwrap(), Vec::new());
         for ms in 1..=3000 {

@@ -67,7 +67,7 @@ fn every_task_has_noise_and_model_error_as_parameters_and_tells_success() {
         let mut said = Vec::new();
         for set in ["noise=-1", "mass_believed=-1", "mass=-1"] {
             options.overrides = vec![set.into()];
-            // Out of their ranges, which shows that the parameters exist.
+            // The values are outside their ranges, so an error shows that the parameters exist.
             let refused = load_file(folder.join("sim.ron"), &options).err();
             said.push(refused.unwrap_or_else(|| panic!("{task} takes {set}")).render(false));
         }

@@ -96,7 +96,7 @@ fn a_box_is_grasped_lifted_and_dropped_with_a_loop_a_coupling_and_contact_in_pla
             }
         }
         if sim.phase() == "held" {
-            // Held at its pose, up to round-off.
+            // The box keeps its pose in the hand, up to round-off.
             for (a, b) in poses(&sim, "box").iter().zip(held.unwrap()) {
                 assert!((a - b).abs() < 1e-12);
             }
@@ -109,7 +109,7 @@ fn a_box_is_grasped_lifted_and_dropped_with_a_loop_a_coupling_and_contact_in_pla
         }
     }
     assert_eq!(sim.phase(), "released");
-    // It fell, never through the floor, and stands again.
+    // The box fell, never passed through the floor, and stands again.
     let [x, y, z, ..] = poses(&sim, "box");
     println!("{x} {y} {z}, at least {least}");
     assert!((z - 0.1).abs() < 1e-3 && least > 0.098, "{z} {least}");
@@ -165,7 +165,7 @@ fn a_flexible_boom_separates_and_loses_nothing() {
         .map(|(p, _)| p.clone())
         .collect();
     assert!(modes.len() >= 8, "{modes:?}");
-    // It vibrates from the start: the first bending mode.
+    // The boom vibrates from the start in its first bending mode.
     sim.set("boom.mode[0]", 0.02).unwrap();
     let far = |a: [f64; 6], b: [f64; 6]| {
         let norm = |v: &dyn Fn(usize) -> f64, r: std::ops::Range<usize>| {
@@ -187,7 +187,7 @@ fn a_flexible_boom_separates_and_loses_nothing() {
             assert!(far(before.0.0, after.0) < 1e-11, "{:?} {after:?}", before.0);
             let kept: Vec<f64> = modes.iter().map(|m| sim.get(m).unwrap()).collect();
             let moved = shape.iter().zip(&kept).map(|(a, b)| (a - b).abs());
-            // The difference is the step to the event.
+            // The tolerance is for the motion in the step to the event.
             assert!(moved.fold(0.0, f64::max) < 5e-2, "{shape:?} {kept:?}");
         }
     }
@@ -195,7 +195,7 @@ fn a_flexible_boom_separates_and_loses_nothing() {
     let end = books(&sim);
     println!("momentum {:e}", far(start.0, end.0));
     assert!(far(start.0, end.0) < 1e-8, "{start:?} {end:?}");
-    // It still vibrates, now free at its root.
+    // The boom still vibrates, now with a free root.
     assert!(modes.iter().any(|m| sim.get(m).unwrap().abs() > 1e-4));
 }
 
@@ -250,7 +250,8 @@ fn a_loop_closes_over_a_time_without_a_jump() {
             let before = (poses(&sim, "box"), common::get(&sim, "box.velocity"));
             sim.step_event().unwrap();
             if phase == "apart" && sim.phase() == "joined" {
-                // The step to the event is between the samples: 1 ms of these velocities.
+                // The event is between two samples, so the tolerance is the motion in 1 ms at these
+                // velocities.
                 let after = (poses(&sim, "box"), common::get(&sim, "box.velocity"));
                 let jump = before.0.iter().zip(after.0).map(|(a, b)| (a - b).abs());
                 assert!(jump.fold(0.0, f64::max) < 1e-3 && (before.1 - after.1).norm() < 1e-3);
@@ -260,7 +261,7 @@ fn a_loop_closes_over_a_time_without_a_jump() {
             let scale = start.iter().map(|x| x * x).sum::<f64>().sqrt();
             lost = (0..6).fold(lost, |l, k| l.max((after[k] - start[k]).abs() / scale));
             let Some((t0, g, rate)) = &found else { continue };
-            // Critically damped: g = e^−ωt (g₀ + (ġ₀ + ω g₀) t).
+            // The gap is critically damped: g = e^−ωt (g₀ + (ġ₀ + ω g₀) t).
             let (t, w) = (sim.time() - t0, 6.638_352_067_993_813 / 0.5);
             let now = lanes(&sim, "gap");
             for k in 0..6 {

@@ -103,7 +103,7 @@ fn what_falls_flat_comes_up_flat() {
             let want = e * 9.81 * fall - 9.81 * (0.5 - fall);
             for name in ["box", "side"] {
                 let v = get(&sim, &format!("{name}.velocity.z"));
-                // Semi-implicit Euler is up to one step late.
+                // Semi-implicit Euler detects the impact up to one step late.
                 let most = 1.6 * 9.81 * step as f64 * 1e-4;
                 assert!((v - want).abs() < most, "{name}, e {e}, {step}: {v} {want}");
                 for axis in ["x", "y", "z"] {

@@ -61,7 +61,7 @@ fn metrics_and_conditions_see_reactions_inside_steps() {
     let text = pendulum(metrics).replacen("step: \"1 ms\", ", "", 1);
     let found = common::metrics_of(&text).unwrap_or_else(|e| panic!("{e}"));
     near(found["pull"], 58.86, 1e-4);
-    // 3 m g cos φ = 40.
+    // The angle follows from 3 m g cos φ = 40.
     near(found["angle"], (40.0_f64 / 58.86).acos(), 1e-4);
 }
 
@@ -107,7 +107,7 @@ fn a_locked_hinge_reports_its_load_and_changes_nothing() {
     near(three(&with, "wall.reaction_moment")[1], -9.81 * (3.0 * 0.4 + 2.0 * 1.2), 1e-12);
     near(three(&with, "beam.reaction_moment")[1], -9.81 * 2.0 * 0.4, 1e-12);
     assert!(with.get("wall.angle").is_err() && with.get("wall.effort").is_err());
-    // If the field is not written, the remedy names it.
+    // If the file does not request the reaction, the remedy names the field.
     let without = sim(&text(""));
     let told = without.get("wall.reaction_force.z").unwrap_err();
     assert!(told.help.contains("`reaction: true`"), "{told:?}");

@@ -50,7 +50,8 @@ fn the_button_is_found_by_touch_and_clicks() {
             }
         });
         let (way, force) = click.unwrap();
-        // Pressed slowly: the spring's force, friction and 2 N s/m of damping at some mm/s.
+        // The button is pressed slowly: the force includes the spring, friction and 2 N s/m
+        // of damping at some mm/s.
         let spring = 400.0 * (way + 0.0025);
         println!("{wrong}: {:.2} N at {:.2} mm, to {:.2} mm", force, 1e3 * way, 1e3 * travel);
         assert!((force - spring).abs() < 0.5, "{force} N, spring {spring} N");
@@ -75,7 +76,8 @@ fn the_drill_goes_through_and_stops_at_its_depth() {
         }
     });
     assert!((get(&sim, "Cut.state.hole") - 4e-3).abs() < 1e-5);
-    // 60 N: f = 2 (60 − 15)/(K D) per revolution, at 120 rad/s; the tip's damper takes a small part of the thrust.
+    // At 60 N the feed is f = 2 (60 − 15)/(K D) per revolution, at 120 rad/s; the tip's damper takes a small part
+    // of the thrust.
     let feed = 2.0 * 45.0 / (0.8e9 * 6e-3) * 120.0 / std::f64::consts::TAU;
     let mean = fed.iter().sum::<f64>() / fed.len() as f64;
     println!(
@@ -120,7 +122,7 @@ fn the_key_turns_and_the_door_opens() {
         let mut sim = load("key_and_door/sim.ron", &[&believed]);
         let (mut most, mut turned, mut early) = (0.0_f64, 0.0_f64, 0.0_f64);
         work(&mut sim, 20.0, |s| {
-            // The start is where the key enters the displaced lock: the loop closes over a time.
+            // The phase starts where the key enters the displaced lock: the loop closes over a time.
             if get(s, "Arm.Controller.index") > 1.5 {
                 most = most.max(get(s, "Arm.Controller.push"));
             }
@@ -160,7 +162,8 @@ fn two_arms_carry_a_beam_between_their_palms() {
             if s.phase() != "carried" {
                 return;
             }
-            // The right palm's force on the beam, axes of its tool: y towards the left palm.
+            // The right palm exerts this force on the beam, in axes of the tool: y points
+            // towards the left palm.
             let [x, y, z] = [0, 1, 2].map(|k| get(s, &format!("Mechanism.grip.force[{k}]")));
             needs = needs.max(x.hypot(z) / y);
             told = told.max(get(s, "Robot.Controller.friction"));
@@ -179,11 +182,13 @@ fn two_arms_carry_a_beam_between_their_palms() {
             1e3 * error
         );
         assert!(carried > 700 && needs < 0.6 && told < 0.6 / 1.3 + 1e-6, "{needs} {told}");
-        // As in the README: 0.43 nominally, 0.1 mm, and 0.7 mm when it is assumed 1 kg too light.
+        // The README states a friction of 0.43 nominally, and errors of 0.1 mm, or 0.7 mm if the
+        // assumed mass is 1 kg too small.
         let light = set.starts_with("mass");
         assert!(share < 0.8 && error < if light { 7.5e-4 } else { 1.5e-4 }, "{share} {error}");
         assert!(light || (needs - 0.43).abs() < 5e-3, "{needs}");
-        // Its target is relative to the assumed pose, and its pose in the hands to the real one.
+        // The target is relative to the assumed pose of the beam, its pose in the hands to the true
+        // one.
         assert!((x - 0.35).abs() < 8e-3 && y.abs() < 8e-3 && (z - 0.2795).abs() < 1e-3);
         assert!(
             (turned - 15.0).abs() < 0.5 && i.abs() < 2e-3 && j.abs() < 2e-3,
@@ -259,7 +264,7 @@ fn a_wheel_is_mounted_and_five_nuts_are_put_on() {
             }
         });
         assert!(mounted > 1000, "{mounted}");
-        // As in the README.
+        // The README states 0.54.
         assert!(set == beside || (needs - 0.54).abs() < 5e-3, "{needs}");
         let turned = get(&sim, "hub.angle").to_degrees();
         println!(
@@ -273,7 +278,7 @@ fn a_wheel_is_mounted_and_five_nuts_are_put_on() {
             let most = if set == beside { 6e-4 } else { 4e-4 };
             assert!((p.y - off[0]).abs() < most && (p.z - off[1]).abs() < most, "{p}");
         }
-        // 70 mm in front of the face, minus half its thickness.
+        // The wheel is 70 mm in front of the face, less half its thickness.
         let wheel = common::get(&sim, "wheel.position");
         assert!((wheel.x + 0.07).abs() < 5e-4 && (wheel.y - off[0]).abs() < 5e-4, "{wheel}");
     }
@@ -332,7 +337,7 @@ fn a_quadruped_stands_up_is_pushed_and_stays() {
             assert!(stands < 0.5 && inside < 0.0);
             continue;
         }
-        // Numbers in its README that are not metrics of the file.
+        // The README contains these numbers, which are not metrics of the file.
         let page = match set {
             "push=8" => Some([(pushed, 0.017), (side[1], 0.031), (moved, 2e-3)]),
             "push=12" => Some([(moved, 0.033); 3]),

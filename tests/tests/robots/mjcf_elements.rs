@@ -238,7 +238,8 @@ fn wrenches_and_activations_are_those_of_mujoco() {
         agree(&sim, &LENGTHS, &lengths, 1e-6);
         agree(&sim, &FORCES, &forces, 1e-6);
     }
-    // A `timeconst` is a lag: 0.6 (1 − exp(−t / 0.3 s)). MuJoCo's RK4 has an error of 2e-4 here, and in its stages, activations pass their bounds.
+    // A `timeconst` is a lag: the activation is 0.6 (1 − exp(−t / 0.3 s)). MuJoCo's RK4 has an error of 2e-4 here, and
+    // in its stages activations pass their bounds.
     let mut sim = simulation(ARM, RK4).unwrap_or_else(|e| panic!("{e}"));
     sim.set("soft.control", 0.6).unwrap();
     sim.set("drift.control", 0.9).unwrap();
@@ -313,7 +314,7 @@ fn loads_of_hinges_are_those_of_mujoco() {
 /// plane. The rows of `elevation` begin at the largest y.
 #[test]
 fn a_ball_slides_down_a_height_field_as_on_its_plane() {
-    // z = 0.1 x + 0.2 y over x = −4 … 4 m, y = −3 … 3 m: from 0 m to 2 m.
+    // The heights are z = 0.1 x + 0.2 y over x = −4 … 4 m, y = −3 … 3 m, from 0 m to 2 m.
     let (columns, rows) = (5, 4);
     let heights: Vec<String> = (0..rows)
         .rev()
@@ -338,13 +339,13 @@ fn a_ball_slides_down_a_height_field_as_on_its_plane() {
     sim.run_until(Seconds { num: 3, den: 5 }).unwrap();
     let names = ["ball.position.x", "ball.position.y", "ball.position.z"];
     let found = names.map(|name| one(&sim, name));
-    // a = g − (g · n) n.
+    // The acceleration is a = g − (g · n) n.
     let a = [9.81 * n[2] * n[0], 9.81 * n[2] * n[1], 9.81 * (n[2] * n[2] - 1.0)];
     let want = turned(std::array::from_fn(|k| start[k] + 0.5 * a[k] * 0.36));
     for (own, want) in found.iter().zip(want) {
         assert!((own - want).abs() < 2e-3, "{found:?} {want}");
     }
-    // It has moved by 0.39 m.
+    // The ball has moved by 0.39 m.
     assert!((found[0] - x).hypot(found[1] - y) > 0.3, "{found:?}");
 }
 

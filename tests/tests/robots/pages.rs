@@ -14,7 +14,7 @@ fn says(task: &str, set: &[&str], sentences: &[(&str, &str)]) {
     for (metric, sentence) in sentences {
         let value = metrics.get(*metric).unwrap_or_else(|| panic!("{task}: no metric `{metric}`"));
         let (before, after) = sentence.split_once('#').unwrap();
-        // Positions where the words before and after a number match.
+        // The words before and after a number must match at the same place.
         let between = |(at, _): (usize, &str)| {
             let rest = &page[at + before.len()..];
             let number = &rest[..rest.find(after)?];
@@ -25,7 +25,7 @@ fn says(task: &str, set: &[&str], sentences: &[(&str, &str)]) {
             continue;
         };
         let digits = number.split_once('.').map_or(0, |n| n.1.len() as i32);
-        // Half of the last digit, plus tolerance for rounding at the edge.
+        // The tolerance is half of the last digit, and a small share for rounding at the edge.
         if !((said - value.abs()).abs() <= 0.5000001 * 10f64.powi(-digits)) {
             wrong.push(format!("`{metric}` is {value:.4}, the page says {number} in `{sentence}`"));
         }

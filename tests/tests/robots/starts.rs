@@ -52,7 +52,7 @@ fn what_is_written_for_one_gear_stays_and_the_other_follows() {
             let off = (q - ratio * angle).abs() + (v - ratio * rate).abs();
             assert!(off < 1e-12, "{solve}: {q} {v}");
         }
-        // An angle of one and a rate of the other.
+        // The file gives the angle of one gear and the rate of the other.
         let sim = gears("initial: (angle: 0.2),", "initial: (rate: -5),", solve).unwrap();
         let all = values(&sim, ["a.angle", "a.rate", "b.angle", "b.rate"]);
         let off = all.iter().zip([0.2, -2.5, 0.4, -5.0]).map(|(x, y)| (x - y).abs()).sum::<f64>();
@@ -117,7 +117,7 @@ fn a_slider_crank_starts_at_its_crank_on_the_branch_that_is_near() {
         ] {
             let sim = slider_crank([written, rod, piston], solve).unwrap();
             assert_eq!(values(&sim, ["crank.angle", "crank.rate"]), [crank, rate]);
-            // x = r cos θ ± √(l² − (r sin θ)²)
+            // The position is x = r cos θ ± √(l² − (r sin θ)²).
             let (r, l) = (0.1, 0.4);
             let root = (l * l - (r * crank.sin()).powi(2)).sqrt();
             let x = r * crank.cos() + side * root;
@@ -161,7 +161,7 @@ fn values_that_do_not_fit_together_are_refused_with_those_that_do() {
     let sim = gears("initial: (angle: 0.33333),", "initial: (angle: 0.66667),", "Auto").unwrap();
     let [a, b] = values(&sim, ["a.angle", "b.angle"]);
     assert!((b - 2.0 * a).abs() < 1e-12 && (a - 0.33333).abs() < 1e-5, "{a} {b}");
-    // Infeasible: the piston is beyond the reach of crank and rod.
+    // The position is infeasible: the piston is farther away than crank and rod are long.
     let e = slider_crank(["", "", r#"initial: (position: "60 cm"),"#], "Auto").err().unwrap();
     assert!(e.contains("do not fit loop `wrist`") && e.contains("`piston` 0.600000"), "{e}");
 }

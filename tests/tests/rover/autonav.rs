@@ -21,11 +21,12 @@ fn get(sim: &Simulation, port: &str) -> f64 {
 fn it_drives_by_what_it_sees() {
     let mut sim = rover(&[]);
     run(&mut sim, 60);
-    // One image per second, processed from the sample after it was taken.
+    // The camera takes one image per second, which is processed from the next sample on.
     assert_eq!(get(&sim, "pictures"), 60.0);
     assert!(get(&sim, "mapped") > 150.0, "{}", get(&sim, "mapped"));
     assert_eq!(get(&sim, "status"), 1.0);
-    // 80 m at the start; 0.25 m/s on ground that is almost free.
+    // The distance at the start is 80 m, and the rover drives at 0.25 m/s on ground that is almost
+    // free.
     let left = get(&sim, "distance");
     assert!(left < 70.0, "{left}");
 }
@@ -39,7 +40,8 @@ fn what_it_came_over_is_told() {
     let mut sees = rover(&MODE);
     run(&mut sees, 110);
     assert_eq!(truth(&sees, "Body.touched"), 0.0);
-    // It has driven over some: one rock of Golombek's distribution on each few square metres.
+    // The rover has driven over some rocks: Golombek's distribution has one on each few square
+    // metres.
     assert!(truth(&sees, "Body.highest") > 0.1);
     let blind = ["step=5", "roughness=5", "slope=1.5"].map(|p| format!("{NAV}.{p}"));
     let mut drives = rover(&[&MODE[..], &blind.each_ref().map(String::as_str)[..]].concat());
@@ -51,12 +53,12 @@ fn what_it_came_over_is_told() {
 
 #[test]
 fn without_sight_it_stands() {
-    // It does not observe the ground, because all ranges are beyond the sensor's limit.
+    // The rover does not see the ground, because all ranges are beyond the limit of the camera.
     let mut sim = rover(&["Rover.NavigationSoftware.Camera.reach=0.1"]);
     run(&mut sim, 30);
     assert_eq!(get(&sim, "mapped"), 0.0);
     let left = get(&sim, "distance");
-    // Unobserved ground is avoided: it leaves the free area around its start by at most one arc.
+    // Unseen ground is avoided: the rover leaves the free area around its start by at most one arc.
     assert!(left > 75.0, "{left}");
 }
 

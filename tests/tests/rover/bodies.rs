@@ -64,7 +64,7 @@ fn parked_on_a_body_it_does_not_creep() {
         });
         println!("{slope}°: {speed:.2e} m/s; loads {loads:.0?} N");
         assert!(speed < 1e-6, "{slope}: {speed} m/s");
-        // Only the slab carries it, as the outputs state.
+        // Only the slab supports the rover, as the outputs state.
         let mass = sim.plan().clone().mechanism().unwrap().multibody.total_mass();
         let weight = mass * 3.72076 * cos;
         let sum: f64 = loads.iter().sum();
@@ -73,7 +73,7 @@ fn parked_on_a_body_it_does_not_creep() {
             let model =
                 sim.get(&format!("Rover.Hardware.Wheels.Wheel{k}.SurfaceContact.normal_force"));
             assert_eq!(model.unwrap(), 0.0);
-            // On the slab's top under the wheel.
+            // The contact point is on the top of the slab, under the wheel.
             let height =
                 wheel(&sim, k, "contact_point.z") * cos - wheel(&sim, k, "contact_point.x") * sin;
             assert!((height - 1.5 * cos).abs() < 2e-3, "{slope}: {height}");
@@ -129,7 +129,7 @@ fn it_rolls_on_a_body_as_on_rigid_ground() {
 
 #[test]
 fn it_drives_over_planks_without_a_jolt_and_through_them_when_told() {
-    // Square, transverse, and longitudinal under a wheel.
+    // The planks are square to the motion, oblique, and along it under one wheel.
     let planks = r#"
         "square": (parent: "world", at: (position: [2.2, 0, 1.515]), shapes: [(shape: Box([0.4, 4, 0.03]), collide: (friction: 0.7), name: "plank")]),
         "across": (parent: "world", at: (position: [3.4, 0, 1.515], rotation: (rpy: [0, 0, "25 deg"])), shapes: [(shape: Box([0.3, 5, 0.03]), collide: (friction: 0.7), name: "plank")]),

@@ -112,7 +112,7 @@ fn strong_drives_slip_before_a_wall_and_stop() {
 fn without_limits_it_pushes_on() {
     let mut sim = before_a_wall("");
     reach(&mut sim, "stand");
-    // The step timed out.
+    // The step of the plan timed out.
     assert_eq!(get(&sim, &format!("{PLAN}.failures")), 1.0);
     assert!(sim.time() > 30.0 && get(&sim, &format!("{MONITOR}.slip")) > 0.6);
 }

@@ -45,7 +45,7 @@ fn a_rover_without_a_volt_stands() {
 /// A battery that becomes empty during the drive stops the rover there.
 #[test]
 fn a_rover_stops_where_its_battery_runs_flat() {
-    // 2.9 A s of 40 A h; it draws 4 W at 28 V.
+    // The battery has 2.9 A s of 40 A h, and the rover draws 4 W at 28 V.
     let mut sim = rover("dynamics", 2e-5);
     let flat = "Rover.Hardware.Power.Battery.empty";
     while sim.get(flat).unwrap() < 0.5 {
@@ -54,7 +54,7 @@ fn a_rover_stops_where_its_battery_runs_flat() {
         sim.run_until(common::seconds(next)).unwrap();
     }
     assert!(sim.time() > 5.0, "it drives at first: {} s", sim.time());
-    // It comes to rest within two seconds.
+    // The rover stops within two seconds.
     let next = sim.time() + 2.0;
     sim.run_until(common::seconds(next)).unwrap();
     let end = sim.time() + 5.0;

@@ -30,7 +30,7 @@ fn until(sim: &mut Simulation, t: f64) {
 
 fn height(sim: &Simulation) -> f64 {
     let at = |a: &str| sim.get(&format!("crate.position.{a}")).unwrap();
-    // Above the plane, along its normal.
+    // The height is above the plane, along its normal.
     let (sin, cos) = 5f64.to_radians().sin_cos();
     at("z") * cos - at("x") * sin
 }
@@ -51,7 +51,7 @@ fn a_crate_lies_on_a_slope_by_impulses_and_by_smooth_forces() {
         assert!((h - 0.2).abs() < sinks, "{contact}: {h}");
         assert!((sim.get("crate.position.x").unwrap() - x).abs() < 1e-5, "{contact}");
     }
-    // Four corners carry the weight: k δ each.
+    // Four corners carry the weight, k δ each.
     let mut sim = dropped("compliant: (stiffness: 1e5, bristle_stiffness: 1e5)", "").unwrap();
     until(&mut sim, 4.0);
     let want = 20.0 * 9.81 * 5f64.to_radians().cos() / 4.0 / 1e5;
@@ -148,7 +148,7 @@ fn the_integrator_of_other_states_does_not_move_what_has_contact() {
     };
     for integrator in ["rk4", "semi_implicit_euler", "bogacki_shampine_32"] {
         let (z, lag) = fallen(integrator);
-        // First order in the step: h g t / 2 from the closed form.
+        // The error is of first order in the step: h g t / 2 from the closed form.
         assert!((z - (0.57 - 0.5 * 9.81)).abs() < 6e-3, "{integrator}: {z}");
         assert!(lag.abs() > 1e-3);
     }
@@ -156,7 +156,8 @@ fn the_integrator_of_other_states_does_not_move_what_has_contact() {
 
 #[test]
 fn a_crate_holds_or_slides_by_the_friction_of_the_soil_under_it() {
-    // A slope of 5 degrees needs 0.087; a pair uses the geometric mean of the crate's 0.5 and the soil's.
+    // A slope of 5 degrees requires a friction of 0.087; a pair uses the geometric mean of the crate's
+    // 0.5 and the soil's value.
     for (soil, holds) in [(0.004, false), (0.03, true)] {
         for contact in ["", "compliant: (stiffness: 1e5, bristle_stiffness: 1e5)"] {
             let text = format!(
@@ -182,7 +183,8 @@ fn a_crate_holds_or_slides_by_the_friction_of_the_soil_under_it() {
 
 #[test]
 fn two_materials_do_to_each_other_what_their_pair_says() {
-    // Two crates on a slope of 20 degrees, which needs 0.36: they differ only in their material.
+    // Two crates, which differ only in their material, are on a slope of 20 degrees, which requires
+    // a friction of 0.36.
     for contact in ["", "compliant: (stiffness: 1e5, bristle_stiffness: 1e5)"] {
         let crates = ["wood", "ice"].map(|of| {
             let y = if of == "wood" { 2.0 } else { -2.0 };
@@ -331,7 +333,8 @@ fn a_soil_that_carries_nothing_is_refused_wherever_it_is() {
                     step: "1 ms", until: "1 s")"#
             )
         };
-        // k_phi is 1.528e6 N/m^(n+2): below 0.1 m the modulus is negative from k_c = −1.528e5 on.
+        // The modulus k_phi is 1.528e6 N/m^(n+2): for widths below 0.1 m the total is negative from
+        // k_c = −1.528e5 on.
         assert!(
             common::scene(&text(-1.5e5), &[]).is_ok(),
             "{model}: {:?}",

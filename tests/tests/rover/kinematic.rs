@@ -176,7 +176,7 @@ fn two_steps_agree() {
 #[test]
 fn what_cannot_roll_is_refused_with_place_and_remedy() {
     let told = |set: &[&str]| common::scene(ROVER, set).err().unwrap();
-    // The mechanism uses forces, its placement kinematics.
+    // The mechanism uses forces, its placement kinematics, which is an error.
     let text = ROVER.replace("\"motion\": \"$motion\", \"imu_rate\"", "\"imu_rate\"");
     let e = common::scene(&text, &[]).err().unwrap();
     assert!(
@@ -187,7 +187,7 @@ fn what_cannot_roll_is_refused_with_place_and_remedy() {
     assert!(e.contains("6 wheels and 0 couplings do not determine"), "{e}");
     let e = told(&["place.motion=kinematic"]);
     assert!(e.contains("kinematics"), "{e}");
-    // At the edge of the map it stops, and reports the position.
+    // The rover stops at the edge of the map, and reports the position.
     let edge = &[
         "Rover.waypoints=[[-80, -20]]",
         "Rover.start=[-46, -20, 3.14]",

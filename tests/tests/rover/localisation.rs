@@ -66,7 +66,7 @@ fn it_knows_where_it_is_and_how_well() {
             estimator("matches"),
             get(&sim, "NavigationSoftware.AutoNav.status"),
         );
-        // The 99.9 % quantile of χ² with three degrees of freedom.
+        // The bound is the 99.9 % quantile of χ² with three degrees of freedom.
         assert!(at.nees < 16.3, "{} s: NEES {}", 10 * k, at.nees);
         let off = at.error.xy().norm();
         worst = if off <= worst { worst } else { off };
@@ -87,7 +87,7 @@ fn without_its_camera_it_is_further_off_and_says_so() {
     let blind = format!("{ESTIMATOR}.gate=1");
     let mode = [&KINEMATICS[..], &[VISUAL, "Rover.Localisation.Pair.reach=0.1"]].concat();
     let (mut with, mut without) = (rover(&[&KINEMATICS[..], &[VISUAL]].concat()), rover(&mode));
-    // One image per second.
+    // The camera takes one image per second.
     let t = linkwork_tests::size(15.0, 30.0);
     run(&mut with, t);
     run(&mut without, t);

@@ -172,7 +172,7 @@ fn drive(seed: u64) -> Outcome {
         if !memory.status.goes_on() {
             break;
         }
-        // The command, as an arc of a circle.
+        // The command moves the rover along an arc of a circle.
         if let Some(mv) = memory.doing {
             at = rover.after(at, mv, SAMPLE);
             way += speed.abs() * SAMPLE;
@@ -225,7 +225,7 @@ fn it_reaches_its_goal_and_touches_no_rock_that_is_too_high() {
     println!("{} of {} arrive", drives.len() - failed.len(), drives.len());
     let deepest = drives.iter().map(|(_, o)| o.deepest).fold(f64::NEG_INFINITY, f64::max);
     println!("nearest to a rock that is too high: {:.3} m", -deepest);
-    // 95 of 100.
+    // At least 95 of 100 drives must reach the goal.
     assert!(!drives.is_empty() && failed.len() * 20 <= drives.len());
     assert!(drives.iter().all(|(_, o)| o.deepest < 0.0));
 }

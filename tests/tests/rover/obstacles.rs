@@ -119,7 +119,8 @@ fn climbs(axle: usize, friction: f64) -> f64 {
 
 #[test]
 fn each_axle_climbs_a_step_with_the_friction_that_statics_asks_for_and_stalls_with_less() {
-    // Quasi-static climb of a vertical face with all wheels at their limit of friction: front, middle, rear.
+    // These values are for the quasi-static climb of a vertical face with all wheels at their limit of
+    // friction: front, middle, rear.
     let asked = [0.797, 0.737, 0.816];
     for (axle, friction) in asked.into_iter().enumerate() {
         let (more, less) = (climbs(axle, 1.2 * friction), climbs(axle, 0.8 * friction));
@@ -133,7 +134,8 @@ fn each_axle_climbs_a_step_with_the_friction_that_statics_asks_for_and_stalls_wi
 
 #[test]
 fn on_a_block_under_one_wheel_all_wheels_keep_their_loads() {
-    // 0.2 m under a front wheel. The rockers rotate against each other, and the chassis by half as much.
+    // The block is 0.2 m high, under a front wheel. The rockers rotate against each other, and the
+    // chassis by half as much.
     let block = format!(
         r#""block": (parent: "world", at: (position: [{:?}, 1.063, 0.1]),
             shapes: [(shape: Box([0.7, 0.7, 0.2]), name: "block", collide: (friction: 0.1))]),"#,
@@ -161,8 +163,9 @@ fn on_a_block_under_one_wheel_all_wheels_keep_their_loads() {
         ([1, 2, 3, 4, 5, 6].map(|k| load(&sim, k)), [angle("left"), angle("right")], lifted)
     };
     let (level, _, _) = loads("", 0.0);
-    // Lowered onto the block from above, on rolling wheels and slippery ground, because tractions would remain and load the bogies. Narrow wheels,
-    // because wide ones would stand on their edges, as the body leans by 2 degrees.
+    // The rover is lowered onto the block from above, on rolling wheels and slippery ground, because tractions would
+    // remain and load the bogies. The wheels are narrow, because wide ones would stand on their edges while the body
+    // leans by 2 degrees.
     let (on_block, rockers, lifted) = loads(&block, 0.2);
     println!(
         "level {level:.1?} N, on the block {on_block:.1?} N; rockers {rockers:.4?} rad, lifted by {lifted:.3} m"

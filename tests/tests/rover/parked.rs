@@ -77,7 +77,8 @@ fn creep(sim: &mut Simulation, from: u64, to: u64) -> f64 {
 
 #[test]
 fn parked_it_does_not_creep() {
-    // MuJoCo 4.0: 1050, 3350, 7850 µm/s with its default cone; 54, 162, 266 µm/s at best.
+    // MuJoCo 4.0 creeps by 1050, 3350, 7850 µm/s with its default cone, and by 54, 162, 266 µm/s at
+    // best.
     for (soil, bound) in [(false, 1e-6), (true, 1e-5)] {
         for slope in [5.0, 10.0, 15.0, 20.0, 25.0, 30.0] {
             let mut sim = on_slope(slope, soil);
@@ -90,7 +91,7 @@ fn parked_it_does_not_creep() {
             );
             assert!(speed < bound, "soil {soil} slope {slope}: {speed} m/s");
             if soil && slope <= 20.0 {
-                // It decays.
+                // The creep decays.
                 let later = creep(&mut sim, 28, 32);
                 assert!(
                     later <= speed.max(1e-9) && later < 1e-6,
@@ -120,7 +121,8 @@ fn it_starts_in_balance() {
         println!("slope {slope}°, soil {soil}: {start:.1?} N, changing by {most:.2e}");
         assert!(most < 0.03, "slope {slope}, soil {soil}: {most}");
     }
-    // Also on rough ground of several seeds; it starts to drive after a tenth of a second.
+    // The same holds on rough ground of several seeds; the rover starts to drive after a tenth of a
+    // second.
     for (contact_model, seed) in
         [("mobility.wheel_rigid", 7), ("mobility.wheel_rigid", 9), ("mobility.wheel_soil", 8)]
     {
@@ -144,7 +146,7 @@ fn what_does_not_rest_where_it_is_put_down_is_told() {
         warnings.iter().find(|w| w.message.contains("does not rest")).cloned()
     };
     assert!(told(&on_slope(25.0, false)).is_none());
-    // Too steep for a friction of 0.7.
+    // The slope is too steep for a friction of 0.7.
     let sim = on_slope(40.0, false);
     let warning = told(&sim).unwrap();
     assert!(warning.message.contains("chassis") && warning.help.is_some(), "{warning:?}");
@@ -229,7 +231,7 @@ fn placing_one_machine_moves_no_other_and_tells_what_gave_way() {
         assert_eq!(sim.get(&format!("drone.{variable}")).unwrap(), wanted, "{variable}");
     }
     assert!(gave_way(&sim).is_empty());
-    // An unactuated boom drops before the run starts, which is reported.
+    // A boom without a motor drops before the run starts, which is reported.
     let boom = r#""boom": (parent: "Rover.Hardware.Chassis/chassis", at: (position: [1, 0, 1]), hinge: Pin([0, 1, 0]),
         mass: 1, com: [0.2, 0, 0], inertia: [0.01, 0.01, 0.01]),"#;
     let sim = made_with(0.0, false, "", &[], boom);
@@ -294,8 +296,8 @@ fn level_it_weighs_what_it_weighs() {
 
 #[test]
 fn with_light_links_its_axle_loads_are_the_published_ones() {
-    // Planar statics of this geometry, massless links, level: shares of front, middle, rear axle. Wheels roll freely, because brakes would keep
-    // tractions that load the bogies.
+    // The values are planar statics of this geometry on level ground, with massless links: shares of front, middle,
+    // rear axle. The wheels roll freely, because brakes would keep tractions that load the bogies.
     let brakes =
         [1, 2, 3, 4, 5, 6].map(|k| format!("Rover.Hardware.Wheels.Wheel{k}.Motor.brake=0"));
     for (x, shares) in [(0.0, [0.3303, 0.3885, 0.2812]), (-0.1, [0.2691, 0.4240, 0.3069])] {
@@ -364,7 +366,8 @@ impl Statics {
                 own += m * GRAVITY * ((x - PIVOT[0]) * cos - (h - PIVOT[1]) * sin);
             }
         }
-        // a N_m + b N_r = c about the pivot; N_f from the sum; moments about x = 0 on the ground.
+        // The balance about the pivot is a N_m + b N_r = c; the sum gives N_f; the moments are
+        // about x = 0 on the ground.
         let [[m0, m1], [r0, r1]] = traction;
         let a = X[1] - PIVOT[0] + PIVOT[1] * m1;
         let b = X[2] - PIVOT[0] + PIVOT[1] * r1;
@@ -379,7 +382,8 @@ impl Statics {
 
 #[test]
 fn the_equations_are_those_of_the_reference() {
-    // A body without links of weight 1, centre of mass at x = 0 and 0.75 m: loads proportional to traction.
+    // The reference is a body of weight 1 without links, with its centre of mass at x = 0 and 0.75 m; its
+    // loads are proportional to traction.
     let body = Statics { upper: vec![[1.0 / GRAVITY, 0.0, 0.75]], bogie: vec![] };
     for (slope, want) in [
         (0.0, [0.3303, 0.3885, 0.2812]),
@@ -423,11 +427,11 @@ fn axle_loads_are_those_of_statics() {
 /// Shares of front, middle and rear axle of a rover with light links that is about to slide on a slope (deg): tractions are then proportional to
 /// loads. Also the required ratio of traction to load.
 fn shares_about_to_slide(angle: f64) -> [f64; 3] {
-    // Friction slightly below the required value: each wheel slides slowly.
+    // The friction is slightly below the required value, so each wheel slides slowly.
     let friction = 0.998 * angle.to_radians().tan().abs();
     let set = [
         format!("Rover.Hardware.Wheels.Wheel*.SurfaceContact.friction={friction}"),
-        // Tractions are transmitted to the ground in full.
+        // The brakes transmit all tractions to the ground.
         "Rover.Hardware.Wheels.Wheel*.Motor.brake=2000".to_string(),
     ];
     let light = r#""chassis_mass": 899, "mast_mass": 0.01, "rocker_mass": 1, "bogie_mass": 1, "yoke_mass": 0.5, "wheel_mass": 3,"#;
@@ -456,7 +460,8 @@ fn on_slopes_its_axle_loads_are_those_of_the_table() {
         let cos = f64::to_radians(slope).cos();
         let shares = shares_about_to_slide(slope);
         println!("{slope}°: {shares:.4?}, in the table {:.4?}", want.map(|w| w / cos));
-        // Links of a few per cent of the mass, at their own heights.
+        // The difference is due to the links, which have a few per cent of the mass at their own
+        // heights.
         assert!(
             shares.iter().zip(want).all(|(s, w)| (s - w / cos).abs() < 0.01),
             "{slope}: {shares:?}"

@@ -64,7 +64,7 @@ fn in_ruts_it_slips_and_sinks_as_by_forces() {
             assert!((a - b).abs() < bound, "{what}: {a} {b}");
         }
     }
-    // On fresh ground its slip is 0.31.
+    // On fresh ground the slip of this wheel is 0.31.
     assert!(wheels(&quasi, "slip")[0] > 0.34 && wheels(&quasi, "rut")[4] > 5e-3);
 }
 
@@ -129,7 +129,7 @@ fn cuts_leave_no_trace_with_ruts_and_a_parked_one_stays() {
     run(&mut parked, 22.0);
     let creep = (0..3).map(|k| (place(&parked)[k] - before[k]).abs()).fold(0.0, f64::max) / 20.0;
     println!("creep {creep:e} m/s");
-    // A hundredth of the tolerance for soil.
+    // The bound is a hundredth of the tolerance for soil.
     assert!(creep < 1e-7, "{creep}");
 }
 
@@ -145,7 +145,7 @@ fn what_cannot_be_is_told() {
     );
     let e = told(&["motion=quasi_static", "step=20ms", "imu_rate=50Hz", "place.motion=kinematics"]);
     assert!(e.contains("has a model for the wheels of quasi-static machines"), "{e}");
-    // A contact model without a quasi-static form.
+    // This contact model does not have a quasi-static form.
     let e = told(&[
         "motion=quasi_static",
         "step=20ms",
@@ -153,7 +153,7 @@ fn what_cannot_be_is_told() {
         "Rover.contact=mobility.wheel_scm",
     ]);
     assert!(e.contains("wheel_scm_quasi_static"), "{e}");
-    // Too steep for the soil: the run ends and reports the reason.
+    // The slope is too steep for the soil: the run ends and reports the reason.
     let mut sim = scene("slope_slip", &[&QUASI_STATIC[..], &["slope=33 deg"]].concat());
     let e = sim.run_until(Seconds::from_decimal(40.0).unwrap()).unwrap_err().to_string();
     assert!(e.contains("the traction of its wheels is not sufficient"), "{e}");

@@ -180,7 +180,8 @@ fn masses_centre_of_mass_and_kinetic_energy_are_the_makers() {
             if name == "chassis" {
                 q[at..at + 3].copy_from_slice(place.as_slice());
                 q[at + 3..at + 7].copy_from_slice(turn.coords.as_slice());
-                // Our body axes are theirs rotated by 180° about x; velocities are in the world's axes.
+                // The body axes are the makers' axes rotated by 180° about x; velocities are in the
+                // world's axes.
                 let half = Quat::from_scaled_axis(Vec3::x() * std::f64::consts::PI);
                 let w = turn * Vec3::from_column_slice(&v[rate..rate + 3]);
                 let u = turn * Vec3::from_column_slice(&v[rate + 3..rate + 6]);
@@ -207,7 +208,7 @@ fn masses_centre_of_mass_and_kinetic_energy_are_the_makers() {
         assert!(ours.is_finite() && com.norm().is_finite());
     }
     println!("kinetic energy {:e}, centre of mass {:e} m", worst[0], worst[1]);
-    // Measured 1e-15 and 4e-16.
+    // Measured: 1e-15 and 4e-16.
     assert!(worst[0] < 1e-12 && worst[1] < 1e-12, "{worst:?}");
 }
 
@@ -219,14 +220,15 @@ fn it_settles_on_its_wheels() {
         let sum: f64 = loads.iter().sum();
         let pair = ["Left", "Right"].map(|s| sim.get(&format!("{BODY}Rocker{s}.angle")).unwrap());
         println!("{set:?}: {sum} N, {loads:?}, rockers {pair:?}");
-        // 51.84 kg at 9.81 m/s².
+        // The rover has 51.84 kg, so its weight is 508.6 N at 9.81 m/s².
         assert!((sum / 508.6 - 1.0).abs() < 1e-3, "{sum}");
         assert!(loads.iter().all(|n| *n > 40.0));
         let sum = pair[0] + pair[1];
         if set.is_empty() {
             assert!(sum.abs() < 1e-12 && pair[0].abs() > 1e-6, "{pair:?}");
         } else {
-            // The makers' springs carry the chassis: 33.5 kg, 0.1044 m in front of the rockers' axis, on 2 · 1000 N m/rad.
+            // The springs of the makers carry the chassis: 33.5 kg, 0.1044 m in front of the rockers' axis, on 2 · 1000
+            // N m/rad.
             let wanted = -33.5 * 9.81 * (0.142 - 0.0376) / 2000.0;
             assert!((sum / wanted - 1.0).abs() < 0.02, "{sum} {wanted}");
         }
@@ -243,14 +245,14 @@ fn it_drives_as_far_as_its_wheels_turn() {
     let went = get(&end, &format!("{POSE}.x")) - get(&start, &format!("{POSE}.x"));
     let odometry = get(&end, "Odometry.x") - get(&start, "Odometry.x");
     println!("went {went} m, odometry {odometry} m");
-    // Measured 1.0000008 and 1.0000006.
+    // Measured: 1.0000008 and 1.0000006.
     assert!((went - 1.0).abs() < 2e-3 && (went - odometry).abs() < 1e-3);
     assert!(get(&end, &format!("{POSE}.heading")).abs() < 1e-3);
     let middle = run("rocky8/drive.ron", &[], 12.0);
     for wheel in ["RockerSideLeft", "CenterRight", "BogeySideLeft"] {
         let rate = middle.get(&format!("{BODY}Wheel{wheel}.rate")).unwrap();
         assert!((rate - 0.5).abs() < 5e-3, "{wheel}: {rate}");
-        // The makers' motor model: u = R i + k n ω.
+        // The makers' motor model is u = R i + k n ω.
         let motor = format!("Wheel{wheel}_motor");
         let (u, i) =
             (get(&middle, &format!("{motor}.volts")), get(&middle, &format!("{motor}.current")));
@@ -272,13 +274,13 @@ fn it_turns_in_place_with_its_wheels_as_prescribed() {
         ("BogeySideRight", -53.350047),
     ] {
         let q = sim.get(&format!("{BODY}Steer{wheel}.angle")).unwrap().to_degrees();
-        // RK4 at 2 ms. Measured 1e-9.
+        // Measured with RK4 at 2 ms: 1e-9.
         assert!((q - angle).abs() < 1e-7, "{wheel}: {q}");
     }
     let sim = run("rocky8/turn.ron", &[], 34.0);
     let [x, y, heading] = ["x", "y", "heading"].map(|n| get(&sim, &format!("{POSE}.{n}")));
     println!("x {x}, y {y}, heading {} deg", heading.to_degrees());
-    // A turn in place by 90° to the left; wide wheels slip slightly.
+    // The rover turns in place by 90° to the left; wide wheels slip slightly.
     assert!((heading.to_degrees() - 90.0).abs() < 1.0 && x.hypot(y) < 3e-3);
     assert!((heading - get(&sim, "Odometry.heading")).to_degrees().abs() < 0.5);
 }

@@ -45,8 +45,9 @@ fn wheels_behind_run_in_the_ruts_of_those_before() {
         );
         assert_eq!(wheel(&fresh, k, "rut"), 0.0);
     }
-    // Front wheels meet fresh ground and leave the ruts in which the rear wheels run, because both have the same track, 1.06 m from the middle. The
-    // middle wheels, 0.13 m farther out, run with two thirds of their width in it.
+    // The front wheels drive on fresh ground and leave the ruts in which the rear wheels run, because both have the
+    // same track, 1.06 m from the middle. The middle wheels, 0.13 m farther out, run with two thirds of their width in
+    // it.
     for k in [1, 2] {
         assert!(wheel(&sim, k, "rut") < 1e-6);
         let (front, rear) = (wheel(&sim, k, "sinkage"), wheel(&sim, k + 4, "rut"));
@@ -66,7 +67,7 @@ fn split_equals_straight_with_ruts() {
     for k in 1..=6 {
         run(&mut sim, 20 * k);
         let saved = sim.checkpoint("").unwrap();
-        // Actions from here on are undone.
+        // The following steps of the original do not affect the fork.
         let mut other = sim.fork();
         run(&mut other, 20 * k + 10);
         sim = driving("on");

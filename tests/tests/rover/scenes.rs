@@ -63,7 +63,7 @@ fn slip_rises_with_the_slope_until_it_stalls() {
 
 #[test]
 fn a_dune_that_stops_it_is_crossed_at_an_angle() {
-    // Half of its timeout is enough.
+    // Half of the time-out is enough.
     let mut sim = common::repository("dunes/sim.ron", &["patience=45 s"]).unwrap();
     let plan =
         |sim: &Simulation, what: &str| get(sim, &format!("Rover.NavigationSoftware.Plan.{what}"));
@@ -81,7 +81,7 @@ fn a_dune_that_stops_it_is_crossed_at_an_angle() {
         }
     }
     assert!(place(&sim)[0] > 9.7 && plan(&sim, "failures") == 1.0, "{:?}", place(&sim));
-    // Over the crest, 1.6 m up, and not around it.
+    // The rover crosses the crest, which is 1.6 m high, and does not drive around it.
     assert!(highest > 2.1, "{highest}");
     assert!(most < 0.8, "{most}");
 }
@@ -98,12 +98,13 @@ fn one_rover_pushes_another() {
             .fold(0.0, f64::max)
     };
     until(&mut sim, 0.1);
-    // Placed and settled in the same way: none sank into the soil while the other came to rest.
+    // Both are placed and settled in the same way: neither sinks into the soil while the other
+    // comes to rest.
     let start = [sunk(&sim, "Pusher"), sunk(&sim, "Ahead")];
     assert!(start.iter().all(|s| *s < 0.03), "{start:?} m deep at the start");
     until(&mut sim, 5.0);
     let (pusher, ahead) = (x(&sim, "Pusher"), x(&sim, "Ahead"));
-    // It stands until the other arrives.
+    // The rover ahead stands until the other arrives.
     assert!((ahead - 4.2).abs() < 0.02 && pusher > 0.2, "{pusher} {ahead}");
     assert_eq!(get(&sim, "bar.contact_force.x"), 0.0);
     until(&mut sim, 35.0);
@@ -113,7 +114,8 @@ fn one_rover_pushes_another() {
     println!("at {pusher:.3} and {ahead:.3} m, pushing with {push:.1} N");
     assert!(ahead > 5.2 && (ahead - pusher - 3.04).abs() < 0.01, "{pusher} {ahead}");
     assert!(push > 20.0 && (push - back).abs() < 1e-6 * push, "{push} {back}");
-    // One behind the other on the same ground: the wheels of the second run in the ruts of the first.
+    // The rovers drive one behind the other on the same ground: the wheels of the second run in the
+    // ruts of the first.
     println!(
         "wheels {:.1} and {:.1} mm deep",
         1e3 * sunk(&sim, "Pusher"),

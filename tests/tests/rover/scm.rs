@@ -80,7 +80,8 @@ fn on_its_way_it_carries_its_weight_and_each_pass_deepens_the_rut_by_less() {
     println!("mean load off by {off:.2e}; mean sinkage {:.1?} mm", sunk.map(|s| 1e3 * s / n));
     assert!(off.abs() < 0.01, "{off}");
     assert!(chassis(&sim)[0] > 1.5);
-    // Below the first surface: fresh ground, the ruts of the front wheels over two thirds of the width, and the ruts of both.
+    // The sinkages are below the original surface: on fresh ground, in the ruts of the front wheels over two thirds of
+    // the width, and in the ruts of both.
     for k in [0, 1] {
         let [first, second, third] = [sunk[k], sunk[k + 2], sunk[k + 4]];
         assert!(second > first && third - second < 0.5 * (second - first), "{sunk:?}");
@@ -96,7 +97,7 @@ fn split_equals_straight() {
     for k in 1..=4 {
         until(&mut sim, f64::from(k));
         let saved = sim.checkpoint("").unwrap();
-        // Actions from here on leave no trace.
+        // The following steps of the other run do not affect this one.
         let mut other = sim.fork();
         until(&mut other, f64::from(k) + 0.5);
         sim = rover(0.0, "[[30, 0]]", &[]);

@@ -46,7 +46,7 @@ fn a_sol_has_the_metrics_that_its_page_says() {
             held = stance(&sim);
         }
         if phase != "drive" {
-            // Held at its pose, up to round-off.
+            // The rover keeps its pose, up to round-off.
             let moved = stance(&sim).iter().zip(&held).map(|(a, b)| (a - b).abs()).sum::<f64>();
             assert!(moved < 1e-9, "{moved} at {} s", sim.time());
         }
@@ -60,7 +60,8 @@ fn a_sol_has_the_metrics_that_its_page_says() {
         }
     }
     println!("{changes:?}");
-    // The first sample after 10.75 h, and one more until the command is output.
+    // The drive begins at the first sample after 10.75 h, and the command is output one sample
+    // later.
     assert_eq!(changes.len(), 2);
     assert_eq!((changes[0].0.as_str(), changes[1].0.as_str()), ("drive", "afternoon"));
     close("begins to drive, h", changes[0].1 / HOUR, 10.75, 20.0 / HOUR);
@@ -74,7 +75,7 @@ fn a_sol_has_the_metrics_that_its_page_says() {
     close("least charge, %", 100.0 * charge[0], 62.9, 0.3);
     close("greatest charge, %", 100.0 * charge[1], 94.4, 0.3);
     close("charge at the end, %", 100.0 * get(&sim, "Power.Battery.charge"), 84.3, 0.3);
-    // The thermostats' temperatures, and the highest.
+    // The thermostats determine the lowest temperatures.
     close("coldest electronics, °C", electronics[0] - 273.15, -30.0, 0.01);
     close("warmest electronics, °C", electronics[1] - 273.15, -7.3, 0.3);
     close("coldest battery, °C", battery[0] - 273.15, -20.0, 0.01);
@@ -87,17 +88,18 @@ fn a_sol_has_the_metrics_that_its_page_says() {
 
 #[test]
 fn without_shadow_the_array_gives_what_the_sun_of_the_textbook_says() {
-    // Rays of a millimetre length hit nothing.
+    // Rays with a length of a millimetre hit nothing.
     let mut sim = sol(&["Power.Sunlit.range=0.001", "Power.Dust.settling=0"]);
     let mut rise = f64::NAN;
-    // Until the planned drive.
+    // The loop ends at the planned drive.
     while sim.time() < 39_600.0 {
         sim.step_event().unwrap_or_else(|e| panic!("{e}"));
         if rise.is_nan() && get(&sim, "Clock.day") > 0.5 {
             rise = sim.time();
         }
     }
-    // L_s = 347.5°: declination −5.35°, 1.5263 AU. Hour angle of sunrise by cos H = −tan φ tan δ.
+    // At L_s = 347.5° the declination is −5.35° and the distance 1.5263 AU. The hour angle of
+    // sunrise follows from cos H = −tan φ tan δ.
     let (lat, dec) = ((-1.95_f64).to_radians(), (-5.35_f64).to_radians());
     let dawn = 12.0 - (-lat.tan() * dec.tan()).acos().to_degrees() / 15.0;
     close("sunrise, h", rise / HOUR, dawn, 30.0 / HOUR);
@@ -111,7 +113,7 @@ fn without_shadow_the_array_gives_what_the_sun_of_the_textbook_says() {
         1361.0 / 1.5263_f64.powi(2) * z / (1.0 + 0.16 * slant) * 0.27 * 1.95 * 0.5
     };
     let energy: f64 = (0..3960).map(|k| power(10.0 * f64::from(k) + 5.0) * 10.0).sum();
-    // The panel is level: the ground tilts it by less than two degrees.
+    // The panel is almost level: the ground tilts it by less than two degrees.
     close(
         "energy by then, Wh",
         get(&sim, "EnergyIn.energy") / 3600.0,

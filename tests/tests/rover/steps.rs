@@ -13,7 +13,7 @@ fn steps_of_half_a_millisecond_to_two_drive_the_same_50_m() {
         ];
         let mut sim = common::traverse(&set.each_ref().map(String::as_str)).unwrap();
         let path = sim.variable("Rover.LocomotionSoftware.Odometry.path").unwrap().place;
-        // Until its own odometry reports arrival, in whole seconds.
+        // The run continues in whole seconds until the odometry reports arrival.
         while sim.value(path) < 50.0 {
             let next = sim.time() as u64 + 1;
             assert!(next < 200, "step {step}: {} m in 200 s", sim.value(path));

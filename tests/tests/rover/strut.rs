@@ -27,7 +27,7 @@ fn vector(sim: &Simulation, name: &str) -> [f64; 3] {
 
 #[test]
 fn two_balls_swing_as_the_closed_form_says() {
-    // Reduced mass 2·3/5, δ(t) = δ₀ e^(−σt) (cos ωt + σ/ω sin ωt).
+    // With the reduced mass 2·3/5 the deflection is δ(t) = δ₀ e^(−σt) (cos ωt + σ/ω sin ωt).
     let reduced = 2.0 * 3.0 / 5.0;
     for damping in [0.0, 4.0] {
         let mut sim = balls(damping, 0.0, 2.5);
@@ -40,7 +40,7 @@ fn two_balls_swing_as_the_closed_form_says() {
             let want = 2.0 + 0.5 * (-sigma * t).exp() * (c + sigma / omega * s);
             let length = sim.get("Strut.length").unwrap();
             assert!((length - want).abs() < 1e-9, "{damping} {t}: {length} {want}");
-            // Their common centre continues unchanged.
+            // The common centre of the balls moves as without a strut.
             let (a, b) = (vector(&sim, "left.position"), vector(&sim, "right.position"));
             let center: Vec<f64> = a.iter().zip(&b).map(|(a, b)| 0.4 * a + 0.6 * b).collect();
             let begin = [1.0 + 0.6 * 2.5, 0.0, 0.0];

@@ -41,7 +41,7 @@ fn a_lander_finds_its_place_on_the_map() {
     for k in 0..=9 {
         sim.run_until(seconds(0.5 * f64::from(k))).unwrap();
         assert!(sim.get("Fix.matched").unwrap() > 0.5, "{k}: why {}", sim.get("Fix.why").unwrap());
-        // The lidar itself; `known` has the axes of the lander.
+        // The fix is the position of the lidar; `known` has the axes of the lander.
         let lander = get(&sim, "lander.position");
         let truth = lander + common::rotation(&sim, "lander") * Vec3::new(0.4, 0.0, -0.8);
         let error = get(&sim, "Fix.position") - truth;

@@ -125,7 +125,8 @@ fn a_cart_rolls_as_on_one_array_whatever_is_kept_and_however_the_run_is_cut() {
 fn a_damaged_tile_stops_the_run_with_its_place_and_the_remedy() {
     let maps = Maps::new("damage");
     let text = tiled(&maps, "");
-    // Tiles of 16 cells, eight across. The map is centred: x from -30 m, tile 2 from -14 m.
+    // The map has tiles of 16 cells, eight across. It is centred: x begins at -30 m, tile 2 at -14
+    // m.
     maps.damage(2 * 8 + 2);
     let mut sim = common::scene(&text, &[]).unwrap();
     let error = sim.run_until(Seconds::from_decimal(12.0).unwrap()).unwrap_err();
@@ -139,13 +140,13 @@ fn a_damaged_tile_stops_the_run_with_its_place_and_the_remedy() {
         "{told}"
     );
     assert!(error.help.unwrap().contains("linkwork terrain convert"));
-    // It keeps stopping, and does not continue.
+    // Further steps give the same error.
     assert!(sim.step().is_err());
-    // Under the mechanism at its start, it is reported before the run.
+    // Damage under the start of the mechanism is reported before the run.
     maps.damage(2 * 8 + 1);
     let told = common::scene(&text, &[]).err().unwrap();
     assert!(told.contains("tile 1, 2") && told.contains("linkwork terrain convert"), "{told}");
-    // Where the height of z = 0 is read, it is reported at the file, and only then.
+    // Damage at the origin, whose height is read for z = 0, is reported at the file, and only then.
     let origin = Maps::new("origin");
     origin.damage(2 * 8 + 3);
     let told = common::scene(&tiled(&origin, ""), &[]).err().unwrap();
@@ -218,7 +219,7 @@ fn a_plan_knows_every_tile() {
     let hash = || common::scene(&text, &[]).unwrap().plan().hash();
     let before = hash();
     assert_eq!(before, hash());
-    // A tile far from the mechanism, rewritten with another height.
+    // A tile far from the mechanism is rewritten with another height.
     let mut field = maps.field();
     let [.., x1, y1] = field.bounds();
     field.map_around(x1, y1, 0.1, |_, h| h + 0.01);

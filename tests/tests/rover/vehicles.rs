@@ -151,10 +151,11 @@ struct Bogie {
 /// Loads of the rocker's, the inner and the outer wheels by statics: balances of the rover and of its bogies about their hinges, N of both sides;
 /// `along`: the forces along x that the braked wheels exert against each other.
 fn on_bogies(all: [f64; 2], bogie: &Bogie, [r, i, o]: [f64; 3], along: &[f64]) -> Vec<f64> {
-    // N_r + N_i + N_o = W;  Σ N x = M;  N_i (i − h) + N_o (o − h) = M_b − W_b h − above (F_i + F_o).
+    // The balances are N_r + N_i + N_o = W, Σ N x = M, and N_i (i − h) + N_o (o − h) = M_b − W_b h −
+    // above (F_i + F_o).
     let [weight, moment] = all;
     let about_hinge = bogie.weight[1] - bogie.weight[0] * bogie.hinge;
-    // Without N_r: N_i (i − r) + N_o (o − r) = M − W r.
+    // Without N_r they give N_i (i − r) + N_o (o − r) = M − W r.
     let (a, b, c) = (i - r, o - r, moment - weight * r);
     let (d, e) = (i - bogie.hinge, o - bogie.hinge);
     let f = about_hinge - bogie.above * (along[1] + along[2]);
@@ -191,7 +192,8 @@ fn loads_agree(vehicle: &Vehicle, wanted: impl Fn(&[f64]) -> Vec<f64>, tolerance
 #[test]
 fn wheels_carry_what_statics_say() {
     let [curiosity, mer, sojourner, four, eight, articulated] = vehicles();
-    // Body, mast, two rockers; a bogie; yoke and wheel; hinge of the bogie and its height above the ground; places of the wheels.
+    // The arguments are body, mast, two rockers; a bogie; yoke and wheel; hinge of the bogie and its height above the
+    // ground; places of the wheels.
     let bogies = |v: &Vehicle,
                   own: [[f64; 2]; 3],
                   [m, x]: [f64; 2],
@@ -213,14 +215,15 @@ fn wheels_carry_what_statics_say() {
     let own = [[6.5, 0.0], [0.2, 0.22], [0.6, -0.03 + 0.0156]];
     let at = [-0.25, 0.02, 0.25];
     bogies(&sojourner, own, [0.25, 0.1092], [0.15, 0.35], [0.13, 0.19 - 0.045], at);
-    // Arms: their load is on their wheels, and the trailing ones have their centre in front of them.
+    // The load of the arms is on their wheels; the centre of mass of trailing arms is in front of
+    // their wheels.
     let wheels = [4.0 * (6.0 + 4.0 + 4.0 + 12.0), 0.0];
     let all = weight(&[[310.0, 0.0], [16.0, 0.45], wheels], MOON);
     loads_agree(&four, |_| on_springs(all, [0.6418, -0.6418]).to_vec(), 0.02);
     let all = weight(&[[576.0, 0.0], [12.0, 0.6], [8.0 * 17.0, 0.0], [32.0, 0.125]], MOON);
     let axles = [0.85, 0.85 / 3.0, -0.85 / 3.0, -0.85];
     loads_agree(&eight, |_| on_springs(all, axles).to_vec(), 0.02);
-    // Two bodies that pitch as one, about their joint.
+    // The two bodies pitch as one, because their joint does not allow relative pitch.
     let masses = [[70.0, 0.65], [6.0, 0.65 + 0.15], [16.0, 0.65], [6.0, 0.0], [96.0, -0.65]];
     let all = weight(&masses, MARS);
     loads_agree(&articulated, |_| on_springs(all, [0.65, -0.65]).to_vec(), 0.005);
@@ -241,7 +244,7 @@ fn a_rover_that_bends_drives_the_circle_of_its_joint() {
 )"#;
     let mut sim = common::scene(text, &[]).unwrap();
     until(&mut sim, 20.0);
-    // ρ = v/ω = 2 m for the front axle; the joint is 0.65 m behind that axle.
+    // The radius of the front axle is ρ = v/ω = 2 m; the joint is 0.65 m behind that axle.
     let bend = get(&sim, "Rover.Hardware.Chassis/joint.angle");
     let wanted = -2.0 * (0.65_f64 / 2.0).atan();
     let at = |sim: &Simulation, wheel: usize| {
@@ -256,7 +259,7 @@ fn a_rover_that_bends_drives_the_circle_of_its_joint() {
         let (a, b) = (at(sim, first), at(sim, first + 1));
         [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]
     };
-    // The centre of the circle, from the positions of the front axle half a turn and a whole turn later.
+    // The centre of the circle follows from the positions of the front axle during one turn.
     let turn = std::f64::consts::TAU / 0.05;
     let mut ways = Vec::new();
     for share in [0.0, 0.25, 0.5, 0.75] {

@@ -58,8 +58,8 @@ fn every_published_soil_carries_a_rover_and_grips_more_the_more_it_slips() {
 
 #[test]
 fn slip_against_slope_is_that_for_which_the_soil_is_made() {
-    // The soil is tuned to the slips of a single-wheel rig on Earth (lunar prototype wheel of 0.225 m in simulant of the type GRC-1): 43 % at 15
-    // degrees, 76 % at 20 degrees.
+    // The soil is tuned to the slips of a single-wheel rig on Earth (lunar prototype wheel of 0.225 m in simulant of
+    // the type GRC-1): 43 % at 15 degrees, 76 % at 20 degrees.
     let w = wheel(SoilKind::MarsDrift);
     let slips =
         [0.0, 5.0, 10.0, 15.0, 20.0, 25.0].map(|d| slip_on_slope(&w, 560.0, f64::to_radians(d)));
@@ -67,7 +67,7 @@ fn slip_against_slope_is_that_for_which_the_soil_is_made() {
     let [s0, s5, s10, s15, s20] = [0, 1, 2, 3, 4].map(|k| slips[k].unwrap());
     assert!(s0 > 0.0 && s0 < 0.1 && (s15 - 0.43).abs() < 0.03 && (s20 - 0.76).abs() < 0.03);
     assert!(slips[5].is_none(), "25 degrees are too steep");
-    // Increasingly steep.
+    // The slip increases more and more with the slope.
     assert!(s10 - s5 > s5 - s0 && s15 - s10 > s10 - s5 && s20 - s15 > s15 - s10);
 }
 
@@ -77,7 +77,8 @@ fn slip_sinks_a_wheel_where_the_soil_has_slip_sinkage() {
         let w = wheel(kind);
         pull(&w, 560.0, 0.67).1 / pull(&w, 560.0, 0.01).1
     };
-    // Without it 1.09; a smooth 58 mm wheel on silica sand: 1.76 at a slip of 0.75, 1.58 at 0.5 (robomechanics/3d-terramechanics).
+    // Without slip sinkage the ratio is 1.09. For comparison, a smooth 58 mm wheel on silica sand has 1.76 at a slip of
+    // 0.75, and 1.58 at 0.5 (robomechanics/3d-terramechanics).
     assert!(ratio(SoilKind::Lunar) < 1.15);
     println!("{} {}", ratio(SoilKind::MarsDrift), ratio(SoilKind::SoilSimulant));
     assert!(ratio(SoilKind::MarsDrift) > 1.25 && ratio(SoilKind::SoilSimulant) > 2.0);
@@ -106,7 +107,8 @@ fn yard() -> HeightField {
 
 #[test]
 fn a_wheel_crosses_a_yard_of_rocks_without_a_jolt() {
-    // Before, penetration jumped from 2.9 mm to 21.4 mm within one step of 0.25 mm.
+    // In an earlier version the penetration jumped from 2.9 mm to 21.4 mm within one step of 0.25
+    // mm.
     let field = yard();
     let wheel = Wheel { radius: 0.25, width: 0.4 };
     let ground = |x: f64, y: f64| field.ground(x, y);

@@ -27,7 +27,7 @@ fn stepping_allocates_nothing() {
 fn stepping_with_pins_allocates_nothing() {
     for integrator in [Integrator::Rk4, Integrator::SemiImplicitEuler] {
         let mut sim = Simulation::new(zoo::plan(&zoo::system(integrator, 3)));
-        // One of every kind that can be pinned.
+        // The pins include every kind of variable that can be pinned.
         let names: Vec<String> = sim.plan().lanes.keys().cloned().collect();
         let pinned = names.iter().step_by(7).filter(|n| {
             let now = sim.get(n).unwrap();

@@ -75,7 +75,7 @@ fn a_load_on_a_battery_takes_its_power_and_its_charge() {
             )"#
         ));
         let energy = &all["energy"];
-        // 60 W from 20 s on. The load switches inside a fixed step.
+        // The load draws 60 W from 20 s on. It switches inside a fixed step.
         near(term(energy, "Load", "supply"), 4800.0, 0.7);
         near(term(energy, "Load", "case"), -3600.0, 0.5);
         near(term(energy, "Charger", "output"), -1000.0, 1e-6);
@@ -181,7 +181,7 @@ fn a_motor_turns_electricity_into_work_and_heat() {
         near(term(energy, "Supply", "terminal"), -taken, 1e-9);
         let motor = &energy.parts["Motor"];
         assert!(motor.residual.unwrap().abs() < 2e-3 * taken, "{method}: {motor:#?}");
-        // The wheel: ½ J ω² plus the energy dissipated by its damping.
+        // The wheel has the energy ½ J ω², and its damping dissipates the rest.
         let wheel = &energy.parts["Mechanism"];
         let work = term(energy, "Mechanism", "work of parts");
         assert!(work > 10.0 && wheel.residual.unwrap().abs() < 2e-3 * work, "{method}: {wheel:#?}");
@@ -201,7 +201,7 @@ fn a_pendulum_loses_what_its_hinge_takes() {
             )"#
         ));
         let energy = &all["energy"];
-        // m g (1 − cos 1.5) at the start, zero at the end.
+        // The potential energy is m g (1 − cos 1.5) at the start, zero at the end.
         let height = 2.0 * 9.81 * (1.0 - f64::cos(1.5));
         near(term(energy, "Mechanism", "potential energy"), height, 1e-4);
         near(term(energy, "Mechanism", "friction and stops of hinges"), -height, 1e-3);
@@ -215,7 +215,7 @@ fn a_pendulum_loses_what_its_hinge_takes() {
 fn a_pendulum_names_the_energy_of_its_spring() {
     let (stiffness, rest, start) = (8.0, 0.4, 1.5);
     let weight = 2.0 * 9.81;
-    // The root of m g l sin q + k (q − rest) by bisection.
+    // The angle at rest is the root of m g l sin q + k (q − rest), by bisection.
     let (mut low, mut high) = (0.0_f64, rest);
     for _ in 0..60 {
         let q = 0.5 * (low + high);
@@ -284,7 +284,7 @@ fn what_is_not_counted_is_named() {
 
 #[test]
 fn a_part_that_makes_energy_is_reported() {
-    // A step of 20 ms on a motor with a time constant of 7 ms: stable, but inaccurate.
+    // A step of 20 ms on a motor with a time constant of 7 ms is stable, but inaccurate.
     let text = r#"Simulation(
         bodies: { "wheel": (parent: "world", hinge: Pin([0, 0, 1]), mass: 2, inertia: [0.1, 0.1, 0.01]) },
         gravity: "none",

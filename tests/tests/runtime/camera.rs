@@ -55,7 +55,8 @@ fn a_camera_sees_bodies_where_they_are_at_its_samples() {
         let want = 39.5 - focal * y / 5.0;
         let ball = middle(&seen, 2).unwrap();
         assert!((ball - want).abs() < 0.6, "{k}: column {ball}, not {want}");
-        // 5 m to the wall behind minus its half thickness, and to the ball minus its radius.
+        // The nearest range is 5 m to the wall behind the ball less half its thickness, or the
+        // distance of the ball less its radius.
         let near = seen.range.iter().copied().fold(f32::INFINITY, f32::min);
         let of_ball = (25.0 + y * y + (1.0 - angle.cos()).powi(2)).sqrt() - 0.2;
         assert!((f64::from(near) - of_ball).abs() < 6e-3, "{near} {of_ball}");
@@ -120,7 +121,7 @@ fn a_log_has_every_picture_once() {
         |name: &str| -> Vec<u64> { found.iter().filter(|f| f.1 == name).map(|f| f.0).collect() };
     assert_eq!(times("Camera"), (0..=8).map(|k| 50 * k).collect::<Vec<_>>());
     assert_eq!(times("Blind"), [0, 100, 200, 300, 400]);
-    // The file equals the image, number by number.
+    // The file equals the image, pixel by pixel.
     let png = &found.iter().rfind(|f| f.1 == "Camera").unwrap().2;
     let mut reader = png::Decoder::new(std::io::Cursor::new(png)).read_info().unwrap();
     let mut bytes = vec![0; reader.output_buffer_size().unwrap()];

@@ -145,7 +145,7 @@ fn files_that_are_drawn_and_files_that_change() {
     });
     let drawn = (0..6).filter(|run| campaign.overrides(*run)[0].contains("a.txt"));
     assert_eq!(changed.collect::<Vec<_>>(), drawn.collect::<Vec<_>>());
-    // The same for a text.
+    // The same holds for a text.
     write("a.txt", &field);
     let text = std::fs::read_to_string(folder.path().join("sim.ron")).unwrap();
     write("sim.ron", &text.replacen("until: ", "until:  ", 1));

@@ -40,7 +40,7 @@ fn a_condition_holds_with_equality() {
     close(&y, "shut", 1.0, 0.0);
     close(&y, "full", 1.0, 0.0);
     close(&y, "when shut", 1.0, 1e-12);
-    // The fifth count is taken at 0.4 s and shown from the next sample on.
+    // The fifth count is at 0.4 s, and the output shows it from the next sample on.
     close(&y, "when five", 0.5, 1e-9);
     close(&y, "phase", 1.0, 2e-12);
     close(&y, "since", 1.0, 0.0);
@@ -214,7 +214,7 @@ fn jumps_in_a_feedback_have_two_thresholds() {
             metrics: { "speed": (of: "M.velocity.z", take: "last") },
         )"#,
     );
-    // Between the speeds at which the throttle is 0.6 and 0.98 · 0.6.
+    // The final speed is between those at which the throttle is 0.6 and 0.98 · 0.6.
     close(&y, "speed", -0.19, 0.02);
 }
 

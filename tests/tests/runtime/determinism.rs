@@ -23,7 +23,7 @@ fn chunks_of_any_size_leave_no_trace() {
     for integrator in BOTH {
         let spec = zoo::system(integrator, 7);
         let expected = whole(&spec);
-        // Chunks that end on ticks, between ticks, and after the end.
+        // The chunks end on ticks, between ticks, and after the end.
         for (num, den) in [(1, 500), (1, 90), (7, 1000), (1, 3), (2, 1)] {
             let mut sim = Simulation::new(zoo::plan(&spec));
             let mut k = 0;
@@ -43,7 +43,7 @@ fn chunks_of_any_size_leave_no_trace() {
 fn any_order_of_the_file_gives_the_same_plan_and_bits() {
     let spec = zoo::system(Integrator::Rk4, 7);
     let (plan, expected) = (zoo::plan(&spec).hash(), whole(&spec));
-    // A few shuffles from a fixed recurrence.
+    // The shuffles are from a fixed recurrence.
     let mut r = 12345u64;
     let mut next = |n: usize| {
         r = r.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
@@ -118,7 +118,7 @@ fn a_fresh_process_resumes_bit_for_bit() {
     for (integrator, name) in BOTH.into_iter().zip(["rk4", "euler"]) {
         let spec = zoo::system(integrator, 7);
         let expected = format!("hash={:016x}", whole(&spec));
-        // In the middle of the period of every rate.
+        // The instant is in the middle of the period of every rate.
         let mut sim = Simulation::new(zoo::plan(&spec));
         sim.run_until(Seconds { num: 1357, den: 1000 }).unwrap();
         let folder = tempfile::tempdir().unwrap();

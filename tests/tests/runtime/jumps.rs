@@ -110,7 +110,7 @@ const RIGS: &[Rig] = &[
             "One": (model: "basics.constant", params: { "value": 1 }),
             "Ratio": (model: "basics.quotient", params: { "least": 0.5 }),"#,
         wires: r#""Clock.y -> Triangle.u", "One.y -> Ratio.a", "Triangle.y -> Ratio.b", "Ratio.y -> I.u""#,
-        // 2 ∫ dt/(2 t) from 0.25 to 1.
+        // The integral is 2 ∫ dt/(2 t) from 0.25 to 1.
         reads: ("I.y", 1.386_294_361_119_890_6),
     },
     Rig {
@@ -299,7 +299,8 @@ fn the_integral_of_what_jumps_is_that_of_the_closed_form() {
             if !exact {
                 continue;
             }
-            // Coarse and fine sampling; 1 ms for only one method of each kind, since 3000 samples take long.
+            // The sampling is coarse and fine. Only one method of each kind has 1 ms, because 3000 samples
+            // take long.
             let rows: &[f64] =
                 if matches!(k, 1 | 3) { &[0.001, 1.0, 60.0, 3600.0] } else { &[1.0, 60.0, 3600.0] };
             for &row in rows {

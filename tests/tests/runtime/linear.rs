@@ -139,10 +139,12 @@ fn of_contact() {
     let A = sim.state_matrix().unwrap().unwrap();
     let n = A.nrows();
     assert_eq!(n, 17);
-    // Bristles deflect as the surface slips: ż as a function of the crate's speed is a rotated unit matrix.
+    // Bristles deflect as the surface slips: ż as a function of the crate's velocity is a rotated unit
+    // matrix.
     let slip = A.view((13, 10), (4, 3));
     assert!((slip.norm() - 2f64.sqrt()).abs() < 1e-3, "{slip}");
-    // The stiffness of the ground: the supporting force increases at four corners, k/m each.
+    // This is the stiffness of the ground: the supporting force increases at four corners by k/m
+    // each.
     let push: f64 = (10..13).map(|i| A[(i, 2)]).map(|v| v * v).sum::<f64>().sqrt();
     assert!((push / (4.0 * 1e5 / 20.0) - 1.0).abs() < 0.1, "{push}");
     let mut sim = common::scene(&text(""), &[]).unwrap_or_else(|e| panic!("{e}"));
@@ -162,7 +164,8 @@ fn of_a_solved_loop() {
     let mut sim = common::scene(text, &[]).unwrap_or_else(|e| panic!("{e}"));
     sim.run_until(Seconds::from_decimal(0.1).unwrap()).unwrap();
     let A = sim.state_matrix().unwrap().unwrap();
-    // Lag' = (Total − Lag) / 4, Total' = 2 Lag; lanes in the order of paths.
+    // The equations are Lag' = (Total − Lag) / 4, Total' = 2 Lag; the lanes are in the order of
+    // paths.
     let want = [[-0.25, 0.25], [2.0, 0.0]];
     for i in 0..2 {
         for j in 0..2 {

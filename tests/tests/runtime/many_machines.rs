@@ -134,7 +134,7 @@ fn shared_bristles_do_what_own_ones_do() {
     for row in 1..=6000 {
         let t = f64::from(row) * 5e-4;
         if row % 2000 == 0 {
-            // Bodies are lifted by 2 m. Their bristles relax while they fall.
+            // The bodies are lifted by 2 m, and their bristles relax while they fall.
             for sim in [&mut own, &mut shared] {
                 for k in IN_ORDER {
                     let height = format!("body{k}.position.z");
@@ -205,20 +205,20 @@ fn neither_the_order_of_machines_nor_threads_change_what_shares_bristles() {
 
 #[test]
 fn more_touching_pairs_than_bristles_are_an_error_with_a_remedy() {
-    // At the start.
+    // The error is detected at the start.
     let sim = common::scene(&couples(3, "touching_max: 2", ""), &[]).unwrap();
     let told = sim.check().unwrap_err().to_string();
     for part in ["3 pairs of colliders touch", "bristles for 2", "touching_max: 4", "Mechanism"] {
         assert!(told.contains(part), "{part}: {told}");
     }
-    // During a run.
+    // The error is detected during a run.
     let mut sim = common::scene(&pile("touching_max: 3", "", &IN_ORDER), &[]).unwrap();
     let told = sim.run_until(3.0).unwrap_err();
     assert!(told.time > 0.01 && told.to_string().contains("touching_max"), "{told}");
-    // The remedy helps.
+    // The remedy of the message works.
     let mut sim = common::scene(&couples(3, "touching_max: 4", ""), &[]).unwrap();
     until(&mut sim, 0.1);
-    // It has no meaning for contact by impulses.
+    // The field does not have a meaning for contact by impulses.
     let text = "Simulation(bodies: {}, contact: (touching_max: 5), step: \"1 ms\", until: \"1 s\")";
     let told = common::scene(text, &[]).err().unwrap();
     assert!(told.contains("touching_max") && told.contains("compliant: true"), "{told}");

@@ -48,7 +48,7 @@ fn rocket(spin: &str, more: &str) -> String {
 /// Tsiolkovsky: Δv = I_sp g₀ ln(m₀/m₁); and the distance until the tank is empty as its integral.
 #[test]
 fn a_rocket_reaches_the_speed_that_tsiolkovsky_says() {
-    // The off-axis payload would rotate it.
+    // The off-axis payload would rotate the rocket, so it is moved to the axis.
     let text = rocket("0, 0, 0", "").replace("com: [0, 0.02, 0.3]", "com: [0, 0, 0.3]");
     let mut sim = Simulation::of(program(&text));
     let (c, m0, m1) = (310.0 * 9.80665, 1100.0_f64, 300.0_f64);
@@ -91,7 +91,7 @@ fn jet_damping_follows_its_closed_form() {
 /// A tank that is never drained gives the same mechanism as one with that mass in the file: on a chain with a loop, and in contact, for all kernels.
 #[test]
 fn mass_from_a_wire_is_mass_from_the_file() {
-    // A cylinder of 3 kg in a rotated frame on the second link.
+    // The tank is a cylinder of 3 kg in a rotated frame on the second link.
     let bodies = |tank: &str, parts: &str, more: &str| {
         format!(
             r#"Simulation(
@@ -114,7 +114,7 @@ fn mass_from_a_wire_is_mass_from_the_file() {
     let part = r#""Tank": (model: "flight.propellant_tank", params: { "propellant": 3, "radius": 0.1 }, bind: { "bottom": "node:b/tank" }),"#;
     for (more, bound) in [
         ("", 1e-10),
-        // A loop, embedded and as rows; contact with the floor.
+        // The cases are a loop, embedded and as rows, and contact with the floor.
         (
             r#"loops: { "l": (a: "b", at_a: (position: [0.4, 0, 0]), b: "world", at_b: (position: [0.8, 0, -0.4]), hinge: Ball, solve: Augment) },"#,
             1e-9,
@@ -143,7 +143,7 @@ fn mass_from_a_wire_is_mass_from_the_file() {
             let (p, q) = (get(&wired, path), get(&filed, path));
             assert!((p - q).abs() < bound, "{more} {path}: {p} {q}");
         }
-        // The effect is significant.
+        // The mass has a significant effect.
         let mut empty = Simulation::of(program(&bodies("", "", more)));
         empty.run_until(seconds(1.0)).unwrap();
         let differs = |c: &str| (get(&empty, c) - get(&filed, c)).abs() > 1e-3;
@@ -167,7 +167,7 @@ fn a_transition_knows_the_mass_of_the_moment_and_leaves_no_trace() {
     straight.run_until(seconds(40.0)).unwrap();
     assert_eq!(straight.phase(), "caught");
     let moves = straight.take_moves();
-    // `momentum (x, y, z) → (x, y, z) N s …`
+    // The note has the form `momentum (x, y, z) → (x, y, z) N s …`.
     let along_z = |k: usize| -> [f64; 2] {
         let note = moves[k].2.notes.iter().find(|n| n.starts_with("momentum")).unwrap();
         println!("{} {note}", moves[k].1);
@@ -178,7 +178,7 @@ fn a_transition_knows_the_mass_of_the_moment_and_leaves_no_trace() {
         [sides.next().unwrap(), sides.next().unwrap()]
     };
     let c = 310.0 * 9.80665;
-    // The first: 1100 kg have become 700 kg, all at one speed.
+    // At the first transition 1100 kg have become 700 kg, all at one speed.
     let p = 700.0 * c * (1100.0_f64 / 700.0).ln();
     for p_told in along_z(0) {
         assert!((p_told / p - 1.0).abs() < 1e-8, "{p_told} {p}");

@@ -62,11 +62,11 @@ fn check(f: &BTreeMap<String, f64>, tolerance: f64) {
     close(f, "at the minimum", PI, 10.0 * tolerance.sqrt());
     close(f, "at the greatest", PI / 2.0, 10.0 * tolerance.sqrt());
     close(f, "at the maximum", end / 60.0, tolerance);
-    // cos t = −1/2 at 2π/3, where −sin t = −√3/2; above 1/2 until π/3.
+    // The value is cos t = −1/2 at 2π/3, where −sin t = −√3/2; it is above 1/2 until π/3.
     close(f, "rate at 1.25", -(0.75_f64.sqrt()), tolerance);
     close(f, "share", PI / 3.0 / end, tolerance);
     close(f, "ever", 0.0, 0.0);
-    // cos t is below c from arccos c to the end, for these c: at 50 % of 4 s for c = cos 2, at 90 % for c = cos 0.4.
+    // For these c, cos t is below c from arccos c to the end: at 50 % of 4 s for c = cos 2, at 90 % for c = cos 0.4.
     close(f, "p50", 2.0_f64.cos(), 10.0 * tolerance + 1e-3);
     close(f, "p90", 0.4_f64.cos(), 10.0 * tolerance + 1e-3);
 }
@@ -75,7 +75,7 @@ fn check(f: &BTreeMap<String, f64>, tolerance: f64) {
 fn metrics_are_those_of_the_continuous_variable_for_every_integrator() {
     for (name, integrator) in Integrator::ALL {
         let order = integrator.method().order();
-        // Fixed steps have the error of the method.
+        // With fixed steps the method has an error.
         let fixed = oscillator(name, "10 ms", "4 s");
         let tolerance = if order == 1 {
             3e-2
@@ -86,7 +86,7 @@ fn metrics_are_those_of_the_continuous_variable_for_every_integrator() {
         };
         check(&metrics(&fixed), tolerance);
         if integrator.method().error_order() > 0 {
-            // Samples of 4 s: everything happens between two samples.
+            // With samples of 4 s everything happens between two samples.
             let accuracy = "accuracy: (relative: 1e-9, absolute: 1e-9)";
             let adaptive = oscillator(name, "4 s", "4 s").replace("accuracy: \"fixed\"", accuracy);
             check(&metrics(&adaptive), 2e-5);
@@ -115,7 +115,7 @@ fn means_and_shares_do_not_count_rows() {
     close(&f, "rms", 0.1_f64.sqrt(), 1e-9);
     close(&f, "std", 0.3, 1e-9);
     close(&f, "p89", 0.0, 1e-9);
-    // Sampled at 0, 0.3, 0.6, 0.9 s, and held until 1.2 s.
+    // The variable is sampled at 0, 0.3, 0.6, 0.9 s, and constant until 1.2 s.
     close(&f, "held", 0.12, 1e-12);
     close(&f, "p85", 0.0, 0.0);
     close(&f, "p91", 1.0, 0.0);
@@ -180,7 +180,7 @@ fn a_jump_at_an_event_is_no_ramp() {
     },
 )"#,
     );
-    // h = 1 − t² to 1 s, then 1 − (t − 2)²; v = −2t, then −2 (t − 2).
+    // The height is h = 1 − t² to 1 s, then 1 − (t − 2)²; the speed is v = −2t, then −2 (t − 2).
     close(&f, "fastest", 2.0, 1e-6);
     close(&f, "at", 1.0, 1e-9);
     close(&f, "highest", 1.0, 1e-9);
@@ -227,7 +227,7 @@ fn metrics_continue_through_a_checkpoint_and_with_other_metrics_beside_them() {
         let saved = Metrics::of(&first).unwrap().save().unwrap();
         let then = started(&text, 4.0, Some((&checkpoint, &saved)));
         assert_eq!(bits(&straight), bits(&then), "cut at {cut} s");
-        // A fork with one metric removed and one added: the others are unchanged.
+        // A fork has one metric less and one more: the others are unchanged.
         let fewer = text.replace(
             "\"rms\": (of: \"X.y\", take: \"rms\"),",
             "\"new\": (of: \"V.y\", take: \"mean\"),",

@@ -124,14 +124,14 @@ const CHAIN: &str = r#"Simulation(
 fn a_chain_comes_to_rest_by_its_resistances_with_its_two_time_constants() {
     let mut sim = scene(CHAIN, &[]).unwrap_or_else(|e| panic!("{e}"));
     let air = 1.6 * 0.5;
-    // Ṫ = A T of the deviations from equilibrium; modes by the quadratic formula.
+    // The deviations from equilibrium satisfy Ṫ = A T; the modes follow from the quadratic formula.
     let a = [[-0.7 / 4e3, 0.7 / 4e3], [0.7 / 3e3, -(0.7 + air) / 3e3]];
     let (half, det): (f64, f64) =
         (0.5 * (a[0][0] + a[1][1]), a[0][0] * a[1][1] - a[0][1] * a[1][0]);
     let root: f64 = (half * half - det).sqrt();
     let (slow, fast) = (half + root, half - root);
     let rest = [230.0 + 24.0 / air + 24.0 / 0.7, 230.0 + 24.0 / air];
-    // Initial deviations in the two modes (1, (λ − a₀₀)/a₀₁).
+    // The initial deviations are split into the two modes (1, (λ − a₀₀)/a₀₁).
     let mode = |l: f64| (l - a[0][0]) / a[0][1];
     let (x, y) = (230.0 - rest[0], 230.0 - rest[1]);
     let s = (y - mode(fast) * x) / (mode(slow) - mode(fast));
@@ -224,7 +224,7 @@ fn stiff(text: &str, set: &[&str]) -> Simulation {
 #[test]
 fn a_battery_that_runs_flat_cuts_its_loads_off_and_takes_them_on_again() {
     let mut sim = stiff(FLAT, &[]);
-    // 31 W plus losses from 1.8 A h at 24 to 32 V.
+    // The load draws 31 W and the losses from 1.8 A h at 24 to 32 V.
     let mut flat = f64::NAN;
     while get(&sim, "Battery.empty") < 0.5 {
         sim.step_event().unwrap();
@@ -235,7 +235,8 @@ fn a_battery_that_runs_flat_cuts_its_loads_off_and_takes_them_on_again() {
     assert!((1.4 * 3600.0..1.8 * 3600.0).contains(&flat), "{flat}");
     assert!(get(&sim, "Battery.charge").abs() < 1e-9, "located at the event");
     until(&mut sim, 10_000.0);
-    // A defined state that is in the log: zero voltage, one brown-out of the load, a cold heater.
+    // The state of an empty battery is defined and in the log: zero voltage, one brown-out of the
+    // load, a cold heater.
     assert_eq!(get(&sim, "Battery.terminal.voltage"), 0.0);
     assert_eq!((get(&sim, "Battery.state.flat"), get(&sim, "Load.state.count")), (1.0, 1.0));
     assert_eq!((get(&sim, "Load.browned_out"), get(&sim, "Load.supply.current")), (1.0, 0.0));
@@ -244,7 +245,8 @@ fn a_battery_that_runs_flat_cuts_its_loads_off_and_takes_them_on_again() {
         (0.0, 0.0, 0.0)
     );
     assert!(get(&sim, "Battery.charge").abs() < 1e-9);
-    // The battery is back at a twentieth of its charge with 50 W, and everything works again; the supplied power exceeds the load.
+    // With 50 W the battery is back at a twentieth of its charge, and everything works again; the supplied power
+    // exceeds the load.
     let mut back = f64::NAN;
     while get(&sim, "Battery.empty") > 0.5 {
         sim.step_event().unwrap();
@@ -269,7 +271,7 @@ fn a_full_battery_sheds_what_its_sources_give_beyond_its_loads() {
         most = most.max(get(&sim, "Battery.charge"));
     }
     assert!(most - 1.0 < 1e-9 && most > 0.999_999, "{most}");
-    // 50 W minus 5 W of loads are shed.
+    // The battery sheds 50 W minus the 5 W of the loads.
     assert!(get(&sim, "Battery.full") > 0.5 && (get(&sim, "Battery.shed") - 45.0).abs() < 1e-6);
     assert!(get(&sim, "Shed.energy") > 45.0 * 5.0 * 3600.0);
     assert_eq!(get(&sim, "Battery.state.flat"), 0.0);

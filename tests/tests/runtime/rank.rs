@@ -42,14 +42,14 @@ fn fault(text: &str) -> (Fault, usize) {
 #[test]
 fn rank_and_mobility_are_those_of_the_linkage() {
     let r = rank(&four_bar("", "", LOOP));
-    // A planar loop in space: two of its five equations are independent.
+    // The loop is planar in space: two of its five equations are independent.
     assert_eq!((r.free, r.prescribed, r.rows, r.rank, r.mobility()), (3, 0, 5, 2, 1));
     assert_eq!(r.redundant, [("loop `wrist`".to_string(), 3, 5)]);
     assert!(r.over_prescribed.is_empty());
     let r = rank(&four_bar(GIVEN, "", LOOP));
     assert_eq!((r.free, r.prescribed, r.rank, r.mobility()), (2, 1, 2, 0));
     assert!(r.over_prescribed.is_empty(), "one crank of one degree of freedom may be given");
-    // A coupling that the parallelogram already implies, and one that is independent.
+    // One coupling already follows from the parallelogram, and one is independent.
     let with = |c: &str| four_bar("", "", &format!("{LOOP} couplings: {{ {c} }},"));
     let r = rank(&with(r#""gear": (mimic: "crank", of: "rocker")"#));
     assert_eq!((r.rows, r.rank, r.mobility()), (6, 2, 1));
@@ -57,7 +57,7 @@ fn rank_and_mobility_are_those_of_the_linkage() {
     assert_eq!(repeated, 4);
     let r = rank(&with(r#""gear": (mimic: "crank", of: "rocker", ratio: 2, offset: -1.3)"#));
     assert_eq!((r.rank, r.mobility()), (3, 0));
-    // Rocky 8: one coupling of 22 − 6 free rates.
+    // Rocky 8 has one coupling, and 22 − 6 free rates.
     let r = common::repository("rocky8/sim.ron", &[]).unwrap();
     let r = r.plan().mechanism().unwrap().rank().unwrap();
     assert_eq!((r.free, r.prescribed, r.rows, r.rank, r.mobility()), (16, 6, 1, 1, 15));
@@ -81,13 +81,13 @@ fn constraints_that_contradict_each_other_are_errors_by_name() {
     );
     assert!(told.help.unwrap().contains("remove a constraint"));
     assert!(line == 8 || line == 9, "{line}");
-    // A loop that two others keep open.
+    // The strut makes the loop impossible to close.
     let strut =
         r#""strut": (a: "crank", b: "rocker", at_b: (position: [0, 0, 0.2]), hinge: Ball),"#;
     let (told, _) =
         fault(&four_bar("", "", &LOOP.replace("loops: {", &format!("loops: {{ {strut}"))));
     assert!(told.message.contains("strut"), "{told:?}");
-    // Rates of prescribed hinges that the loop does not permit.
+    // The loop does not permit these rates of prescribed hinges.
     let spin = four_bar(GIVEN, GIVEN, LOOP).replacen(
         "initial: (angle: 1.3)",
         "initial: (angle: 1.3, rate: 0.5)",
@@ -116,7 +116,7 @@ fn prescribed_motions_against_a_loop_are_a_warning_and_end_a_run_by_name() {
         assert!(told[0].message.contains("loop `wrist`: held only while prescribed motions agree"));
         sim.run_until(Seconds::from_decimal(2.0).unwrap())
     };
-    // A parallelogram: equal motions of both cranks are consistent.
+    // In a parallelogram equal motions of both cranks are consistent.
     go(1.5).unwrap();
     let e = go(1.4).unwrap_err();
     assert!(e.message.contains("loop `wrist` does not close"), "{e}");
@@ -200,7 +200,7 @@ fn a_parallelogram_passes_the_positions_in_line() {
         Parallelogram { crank: 0.7, coupler: 1.3, masses: [2.0, 1.0, 0.5] },
     ];
     let mut ways = Vec::new();
-    // Samples of 1 ms; the adaptive methods step within them at their default accuracy.
+    // The samples are 1 ms apart; the adaptive methods step within them at their default accuracy.
     for method in ["rk4", "verner_87", "dormand_prince_54"] {
         ways.push((format!(r#"step: "1 ms", integrator: "{method}""#), 1e-5));
     }
@@ -226,7 +226,8 @@ fn a_parallelogram_passes_the_positions_in_line() {
                     .unwrap_or_else(|e| panic!("{e}"));
                 let done = sim.run_until(Seconds { num: 10, den: 1 });
                 let [v, h] = ["v0.angle", "h0.angle"].map(|n| sim.get(n).unwrap());
-                // Known limitation: the stiff method at this accuracy may end the run with a message.
+                // It is a known limitation that the stiff method at this accuracy may end the run
+                // with a message.
                 if done.is_err() && integrator.contains("rodas4p") && integrator.contains("1e-12") {
                     ended += 1;
                     continue;

@@ -42,7 +42,8 @@ fn swing(text: &str) -> (f64, f64) {
 
 #[test]
 fn a_gain_that_is_too_high_is_reported_with_one_that_works() {
-    // J/(k²/R (1 + 1.7)) = 3.7 ms: a loop much faster than its sample of 10 ms.
+    // The time constant is J/(k²/R (1 + 1.7)) = 3.7 ms, so the loop is much faster than its sample
+    // of 10 ms.
     let text = drive(1.7 * 2.4 * 2.0, "100 Hz");
     let all = warnings(&text);
     let [(fact, help)] = &all[..] else { panic!("{all:#?}") };
@@ -53,7 +54,7 @@ fn a_gain_that_is_too_high_is_reported_with_one_that_works() {
     let gain = help.strip_prefix("write `kp: ").and_then(|h| h.split('`').next());
     let gain: f64 = gain.unwrap_or_else(|| panic!("{help}")).parse().unwrap();
     assert!(gain > 0.5 && gain < 6.0, "{gain}");
-    // It oscillates between its limits; with the gain of the message it keeps its rate.
+    // The rate oscillates between its limits; with the gain of the message it is steady.
     let (swings, _) = swing(&text);
     assert!(swings > 0.5, "{swings}");
     let calm = drive(gain, "100 Hz");
@@ -61,13 +62,13 @@ fn a_gain_that_is_too_high_is_reported_with_one_that_works() {
     // The start from rest alone causes 0.18 rad/s.
     assert!(still < 0.25 && (mean - 3.0).abs() < 0.1, "{still} {mean}");
     assert!(warnings(&calm).is_empty());
-    // Sampled ten times as often it is stable without changes.
+    // With ten times as many samples the same loop is stable.
     assert!(warnings(&drive(1.7 * 2.4 * 2.0, "1 kHz")).is_empty());
 }
 
 #[test]
 fn a_loop_near_its_limit_is_reported_as_such() {
-    // The gain at which the loop becomes unstable, by bisection of the warning itself.
+    // Bisection of the warning itself gives the gain at which the loop becomes unstable.
     let unstable =
         |kp: f64| warnings(&drive(kp, "100 Hz")).iter().any(|w| w.0.contains(" is unstable"));
     let (mut low, mut high) = (0.5, 20.0);

@@ -54,7 +54,7 @@ fn load(file: &Path) -> Ready {
         .iter()
         .any(|f| file.ends_with(f))
     {
-        // Ground on a coarse grid is built faster.
+        // A coarse grid of the ground is built faster.
         set.push("Rover.Environment.spacing=0.5".into());
     }
     let ready = library().file(file, &set, None);
@@ -120,7 +120,7 @@ pub(super) fn cut(program: &Arc<Program>, end: Seconds, seed: u64) -> Ended {
                 sim.restore(&checkpoint).unwrap();
             }
             _ => {
-                // Ahead and back, as after a rejected step.
+                // The run goes one step ahead and back, as after a rejected step.
                 sim.save_into(&mut snapshot);
                 let _ = sim.step_event();
                 sim.load_from(&snapshot).unwrap();
@@ -137,7 +137,7 @@ fn every_integrator(file: &Path) -> Vec<String> {
     let mut stopped = Vec::new();
     let ready = load(file);
     let (step, mut program) = (ready.plan().step, Arc::new(ready.program));
-    // Stages separate until 20 s.
+    // The stages separate before 20 s.
     let rows = if file.ends_with("staging/sim.ron") { 2000 } else { linkwork_tests::size(60, 600) };
     let end = Seconds::new(u128::from(step.num) * rows, u128::from(step.den)).unwrap();
     for method in methods() {

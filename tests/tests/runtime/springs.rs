@@ -26,7 +26,7 @@ fn state(hinge: &str, spring: &str, part: &str) -> [f64; 2] {
 
 #[test]
 fn a_spring_of_a_hinge_and_a_spring_damper_oscillate_as_the_closed_form() {
-    // I ẍ + d ẋ + k x = 0 from x = 0.5 at rest.
+    // The equation is I ẍ + d ẋ + k x = 0, with a start at x = 0.5 at rest.
     let (decay, t) = (DAMPING / (2.0 * INERTIA), 1.7);
     let omega = (STIFFNESS / INERTIA - decay * decay).sqrt();
     let (sin, cos) = (omega * t).sin_cos();
@@ -38,7 +38,7 @@ fn a_spring_of_a_hinge_and_a_spring_damper_oscillate_as_the_closed_form() {
     );
     for hinge in ["Pin", "Slider"] {
         let [of_hinge, of_part] = [state(hinge, &own, ""), state(hinge, "", &part)];
-        // RK4 with 1 ms: the bound of its error is 2e-12.
+        // The error of RK4 with 1 ms is at most 2e-12.
         assert!((of_hinge[0] - REST - x).abs() < 1e-11, "{hinge}: {of_hinge:?} {x}");
         assert!((of_hinge[1] - rate).abs() < 1e-11, "{hinge}: {of_hinge:?} {rate}");
         let apart = |k: usize| (of_hinge[k] - of_part[k]).abs();

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 const ALLOWED_UP: [(&str, &str); 2] = [
     // Closed forms of motions are compared with integrated ones.
     ("linkwork-dynamics", "linkwork-solvers"),
-    // Optional, only for the features of third-party crates: the tested wheel uses what was compiled before.
+    // The dependency is optional, and only for the features of third-party crates: the tested wheel uses
+    // what was compiled before.
     ("linkwork-python-module", "linkwork-features"),
 ];
 
@@ -104,7 +105,7 @@ fn every_file_of_tests_is_compiled() {
         let files: Vec<(&str, &str)> = (texts.iter())
             .filter_map(|(name, text)| Some((name.strip_prefix(&folder)?, text.as_str())))
             .collect();
-        // A program is named by its manifest.
+        // The manifest names a program.
         let text =
             std::fs::read_to_string(root().join(&manifest.folder).join("Cargo.toml")).unwrap();
         let programs_of_their_own = |name: &str| text.contains(&format!("path = \"tests/{name}\""));
@@ -140,7 +141,7 @@ fn documents_name_paths_that_exist() {
         let folders = ["framework/", "sims/", "tests/benches/"];
         name.ends_with(".md") && folders.iter().any(|f| name.starts_with(f))
     });
-    // Relative to the top, or to the document's own folder.
+    // Paths are relative to the top, or to the document's own folder.
     let found = pages
         .chain(top.into_iter().filter(|(_, p)| p.exists()))
         .flat_map(|(name, page)| {

@@ -41,11 +41,12 @@ fn no_simulation_of_the_project_has_a_warning() {
     simulations(&linkwork_tests::root().join("sims"), &mut files);
     assert!(files.len() > 15, "{files:?}");
     let mut found = Vec::new();
-    // These have a preparation step in their READMEs (an FMU, a class); in the arm the FMU's input is open.
+    // The READMEs of these describe a preparation step (an FMU, a class); in the arm the FMU's input is
+    // open.
     let elsewhere = ["fmu/side_by_side.ron", "python_controller/cart_pole.ron", "fmu/arm.ron"];
     files.retain(|file| !elsewhere.iter().any(|e| file.ends_with(e)));
     for file in files {
-        // Ground on a coarse grid is built faster, and gives the same warnings.
+        // A coarse grid of the ground is built faster, and gives the same warnings.
         let rovers = ["rover_traverse/sim.ron", "mars_edl/sim.ron"];
         let coarse = rovers.iter().any(|f| file.ends_with(f));
         let set = if coarse { vec!["Rover.Environment.spacing=0.5".to_string()] } else { vec![] };
@@ -136,7 +137,7 @@ fn a_sensor_that_nobody_reads_is_told() {
         let all = warnings(&text(&format!("{wires} {reader}")));
         assert!(all.is_empty(), "{reader}: {all:?}");
     }
-    // Read only in a later phase.
+    // The sensor is only read in a later phase.
     let later = r#"start: "a", phases: { "a": (to: { "b": "time > 1 s" }), "b": (wires: ["Twice.y -> Again.u"], parts: { "Again": (model: "basics.gain", params: { "k": 2 }) }) },"#;
     let all = warnings(&text(&format!("{wires} {later}")));
     assert!(all.is_empty(), "{all:?}");
@@ -188,7 +189,8 @@ fn stiff(step: &str, more: &str) -> String {
 
 #[test]
 fn a_step_too_long_is_told_with_the_one_that_would_do() {
-    // The lag: RK4 requires h / T < 2.785: 5.57 ms; the spring's 100 rad/s would permit 28 ms.
+    // RK4 requires h / T < 2.785 for the lag, which is 5.57 ms; the spring's 100 rad/s would permit
+    // 28 ms.
     let told = only(&stiff("6 ms", ""));
     assert!(
         told.starts_with(
@@ -201,11 +203,11 @@ fn a_step_too_long_is_told_with_the_one_that_would_do() {
         "{told}"
     );
     assert!(warnings(&stiff("4.4 ms", "")).is_empty());
-    // Semi-implicit Euler: h / T < 2: 4 ms.
+    // Semi-implicit Euler requires h / T < 2, which is 4 ms.
     let euler = r#"integrator: "semi_implicit_euler","#;
     assert!(only(&stiff("4.4 ms", euler)).contains("`step: \"0.0032 s\"`"));
     assert!(warnings(&stiff("3.2 ms", euler)).is_empty());
-    // The spring alone.
+    // The spring alone limits the step.
     let spring = |step: &str, more: &str| stiff(step, more).replace("2 ms\" }", "2 s\" }");
     let told = only(&spring("30 ms", ""));
     assert!(told.contains("`mass.") && told.contains("0.022 s"), "{told}");
@@ -215,7 +217,8 @@ fn a_step_too_long_is_told_with_the_one_that_would_do() {
     for integrator in ["dormand_prince_54", "rodas4p"] {
         assert!(warnings(&stiff("6 ms", &format!("integrator: \"{integrator}\","))).is_empty());
     }
-    // A complete mechanism: back-EMF 55.6 N m s/rad on the 0.33 kg m² of a wheel, and the ground that it drives on.
+    // In a complete mechanism the limit comes from the back-EMF, 55.6 N m s/rad on the 0.33 kg m² of a wheel, and from the ground
+    // that it drives on.
     let set = ["step=30 ms".to_string()];
     let file = linkwork_tests::root().join("sims/rocky8/sim.ron");
     let ready = library().file(&file, &set, None).map_err(|f| f.render(false)).unwrap();
@@ -223,7 +226,8 @@ fn a_step_too_long_is_told_with_the_one_that_would_do() {
     assert_eq!(told.len(), 1, "{told:?}");
     let fact = &told[0].message;
     assert!(fact.contains("the step of 0.03 s is too long"), "{fact}");
-    // The warning is correct: slightly above the stated step it diverges, at this step it does not.
+    // The warning is correct: slightly above the stated step the run diverges, at this step it does
+    // not.
     let end = |step: &str| {
         let ready =
             library().text("test.ron", &stiff(step, "")).map_err(|f| f.render(false)).unwrap();
@@ -254,7 +258,8 @@ fn an_integrator_that_contact_replaces_is_told() {
         "{told}"
     );
     assert!(told.contains("write `compliant: true` in `contact`"), "{told}");
-    // An `integrator` that the file does not write is not replaced, the stated one equals contact's, and smooth forces are integrated.
+    // Nothing is replaced if the file does not write an `integrator`, if it writes the integrator of contact, or if the forces are
+    // smooth and integrated.
     assert!(warnings(&box_on_floor("", "")).is_empty());
     assert!(warnings(&box_on_floor("", "integrator: \"semi_implicit_euler\"")).is_empty());
     assert!(warnings(&box_on_floor("compliant: true", "integrator: \"rk4\"")).is_empty());
@@ -292,7 +297,7 @@ fn mistakes_of_all_kinds_are_in_one_report() {
             plots: [(title: \"Twice\", of: [\"B.yy\"])], log: [(channels: [{log}])])"
         )
     };
-    // Found while reading.
+    // These mistakes are found while the file is read.
     let report = told(&text("\"k\": \"2 dge\"", "", "\"A.y -> B.u\"", "\"**\", \"B.state.x\""));
     for part in [
         "`dge` is not a unit: there is no such symbol",
@@ -303,13 +308,13 @@ fn mistakes_of_all_kinds_are_in_one_report() {
     ] {
         assert!(report.contains(part), "{part} is missing in\n{report}");
     }
-    // Found while compiling.
+    // These mistakes are found while the simulation is compiled.
     let report = told(&text("\"k\": 2", "\"kk\": 3", "\"A.y -> B.v\"", "\"A.*\""));
     for part in ["`D` has no parameter `kk`", "`B` has no input `v`", "`B.yy` matches no variable"]
     {
         assert!(report.contains(part), "{part} is missing in\n{report}");
     }
-    // Unknowable facts are not reported.
+    // Consequences of other mistakes are not reported.
     let log = "\"chassis/body.angle\", \"C.*.y\"";
     let report = told(&text("\"k\": 2", "\"kk\": 3", "\"A.y -> B.v\"", log));
     assert_eq!(report.matches("matches no variable").count(), 1, "{report}");

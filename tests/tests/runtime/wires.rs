@@ -34,9 +34,9 @@ fn run(text: &str) -> Result<(Simulation, String), String> {
 #[test]
 fn a_file_delays_and_solves_wires_and_its_resolved_text_too() {
     for (wire, want) in [
-        // y = t + y/2.
+        // The loop is y = t + y/2.
         (r#"(wire: "Half.y -> Sum.u", solve: 1e-12)"#, 4.0),
-        // y_k = t_k + y_(k−1)/2: 2 t − 2 h in the long run.
+        // The loop is y_k = t_k + y_(k−1)/2, which becomes 2 t − 2 h after a long time.
         (r#"(wire: "Half.y -> Sum.u", delay: 1)"#, 3.98),
     ] {
         let text = FILE.replace("WIRE", wire);

@@ -108,7 +108,7 @@ impl AttitudeFilter {
         let p = &self.p;
         let mut out = *d;
         let mut cov = M6::from_column_slice(&d.covariance);
-        // At the first sample no time has passed.
+        // The first sample does not have a previous one to propagate from.
         if d.samples > 0.5 {
             // The gyro measures instantaneous rates; the mean of both ends approximates the rate in between.
             let w = (d.gyro + u.gyro) * 0.5 - d.bias;
@@ -294,7 +294,8 @@ mod tests {
     #[test]
     fn it_finds_attitude_and_bias_and_knows_how_well() {
         let (errors, claims, bias, _) = run(0.0, false);
-        // Better than one fix, and what it claims is what it does.
+        // The error must be smaller than the error of one fix, and agree with the estimated
+        // covariance.
         assert!(mean(&errors).sqrt() < 0.6 * 5e-5 * 2f64.sqrt(), "{:e}", mean(&errors).sqrt());
         let ratio = mean(&errors) / mean(&claims);
         assert!((0.5..2.0).contains(&ratio), "{ratio}");

@@ -128,12 +128,12 @@ impl JetSelection {
     fn opened(&self, wanted: &Column) -> [bool; JETS_MAX] {
         let n = self.columns.len();
         let mut open = [false; JETS_MAX];
-        // Gradient of the cost without the opening term.
+        // Compute the gradient of the cost without the opening term.
         let mut slopes = [0.0; JETS_MAX];
         for (slope, column) in slopes.iter_mut().zip(&self.columns) {
             *slope = -self.dot(column, wanted);
         }
-        // Every exchange lowers the cost, so no set repeats. This limit is more than enough.
+        // Every exchange lowers the cost, so no set repeats. The limit is never reached.
         for _ in 0..4 * n {
             let change = |k: usize| {
                 let (side, own) = (if open[k] { -1.0 } else { 1.0 }, self.normal[k * n + k]);
@@ -296,14 +296,15 @@ mod tests {
             let off = Vec3::new(sum[3], sum[4], sum[5]) - force;
             let turned = Vec3::new(sum[0], sum[1], sum[2]) - torque;
             println!("{off} {turned}");
-            // The remainder at the end is less than the impulse of two jets in one of these periods.
+            // The remaining error is less than the impulse of two jets in one of these periods.
             assert!(off.norm() < 6e-4 && turned.norm() < 9e-4, "{off} {turned}");
         }
     }
 
     #[test]
     fn shares_satisfy_the_conditions_of_the_minimum() {
-        // Slope 0 inside, not below 0 at 0, not above 0 at 1.
+        // Conditions of the minimum: the slope is 0 for shares inside the range, at least 0 for
+        // shares of 0, and at most 0 for shares of 1.
         let m = set();
         let n = m.columns.len();
         for w in [[0.5, -1.0, 0.7, 2.0, 1.0, -0.5], [0.0, 0.0, 0.0, 40.0, 3.0, 0.0]] {

@@ -125,7 +125,7 @@ impl Model for Desaturation {
     fn feedthrough(&self, u: &DesaturationIn) -> DesaturationOut {
         let square = u.field.norm_squared();
         let excess = u.momentum - self.p.wanted;
-        // The torque is zero without a field.
+        // Without a field, the torque is zero.
         let dipole = if square > 0.0 {
             u.field.cross(&excess) * (-self.p.gain / square)
         } else {
@@ -151,10 +151,11 @@ mod tests {
         let momenta = [1.0, 2.0, -1.0, 0.5, 9.0, 9.0];
         let u = DistributionIn { torque, momenta };
         let y = m.feedthrough(&u);
-        // Each wheel turns the body the other way.
+        // The torque on the body is opposite to the torque on each wheel.
         let on_body: Vec3 = m.axes.iter().zip(y.torques).map(|(a, t)| -a * t).sum();
         assert!((on_body - torque).norm() < 1e-15);
-        // Least: no part along the null motion (+ − + −).
+        // The torques are the least ones, because they have no part along the null motion (+ − +
+        // −).
         let null = y.torques[0] - y.torques[1] + y.torques[2] - y.torques[3];
         assert!(null.abs() < 1e-15 && y.torques[4] == 0.0);
         let momentum: Vec3 = m.axes.iter().zip(momenta).map(|(a, h)| a * h).sum();

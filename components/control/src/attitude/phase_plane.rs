@@ -154,7 +154,7 @@ impl PulseWidth {
         let width = if width < self.p.minimum { 0.0 } else { width };
         let signed = width * wanted.signum();
         let left = wanted - signed * self.p.jet;
-        // Impulse beyond a full period is discarded, so that it does not accumulate.
+        // Discard impulse beyond a full period, so that it does not accumulate.
         if width >= c.dt {
             return (signed, 0.0);
         }
@@ -196,7 +196,8 @@ mod tests {
         let p = PhasePlaneParams { deadband: 0.01, rate_weight: 2.0, hysteresis: 1.0, minimum };
         let m = PhasePlane { p };
         let bit = torque * minimum / inertia;
-        // Inside the deadband at half a bit: each pulse turns the rate around.
+        // The rate is half of the change by one pulse, and the attitude is inside the deadband, so
+        // each pulse reverses the rate.
         let (mut e, mut w, mut d) = (0.0, 0.5 * bit, Firing { jet: 0.0, since: 0.0, pulses: 0.0 });
         let h = 0.001;
         let mut fastest = 0.0_f64;
@@ -210,7 +211,8 @@ mod tests {
             assert!(e.abs() < 0.011, "{e}");
         }
         assert!((fastest / (torque * minimum / (2.0 * inertia)) - 1.0).abs() < 0.05, "{fastest}");
-        // Across the deadband and back: 2 · 0.02 rad at 2e-4 rad/s between two pulses.
+        // Between two pulses, the attitude crosses the deadband: 2 · 0.02 rad at 2e-4 rad/s, back
+        // and forth.
         assert!((4.0..9.0).contains(&d.pulses), "{}", d.pulses);
     }
 

@@ -149,7 +149,7 @@ pub(super) mod tests {
         let j = m.p.inertia;
         let start = (target * Quat::from_scaled_axis(Vec3::x() * 1e-4), Vec3::zeros());
         let (q, _) = turn(j, start, (0.01, 10.0), |q, w, _| at(&m, q, w, &target).torque);
-        // Critically damped: (1 + ω t) e^(−ω t).
+        // The response is critically damped: (1 + ω t) e^(−ω t).
         let want = 1e-4 * (1.0 + 2.0) * (-2.0f64).exp();
         assert!((q.angle_to(&target) / want - 1.0).abs() < 1e-5, "{}", q.angle_to(&target));
     }
@@ -158,7 +158,7 @@ pub(super) mod tests {
     fn a_slew_goes_the_short_way_at_its_rate_and_ends_at_rest() {
         let (m, target) = (law(0.02), Quat::identity());
         let j = m.p.inertia;
-        // 250° one way are 110° the other.
+        // A rotation by 250° is the same as one by 110° in the other direction.
         let start = (Quat::from_scaled_axis(Vec3::new(1.0, 2.0, 2.0) / 3.0 * 4.363), Vec3::zeros());
         let torque = |q: &Quat, w: &Vec3, _: f64| at(&m, q, w, &target).torque;
         let (q, w) = turn(j, start, (0.05, 60.0), torque);

@@ -80,7 +80,7 @@ fn degree_and_order_cut_and_zonals_agree_with_the_closed_form() {
     let closed = ZonalGravity::build(j, &Files::default()).unwrap();
     let want = closed.acceleration(0.0, P);
     assert!((cut - want).norm() < 1e-14 * want.norm() * 10.0, "{cut} {want}");
-    // And the gradient of its potential, J₄ included.
+    // The acceleration is also the gradient of the potential, including J₄.
     let field = ZonalGravity::build(oblate(earth()), &Files::default()).unwrap();
     let v = |p: Vec3| {
         let (r, u) = (p.norm(), p.z / p.norm());
@@ -128,7 +128,7 @@ fn with_sun_and_moon() -> HarmonicsParams {
 #[test]
 fn third_bodies_raise_a_tide_and_go_on_beyond_their_table() {
     let g = built(&with_sun_and_moon(), FIELD).unwrap();
-    // Sun and Moon by the plain difference of two pulls.
+    // Compare Sun and Moon with the plain difference of two accelerations.
     for (k, third) in g.pullers.iter().enumerate() {
         let s = g.towards(third, 100.0);
         let plain =
@@ -138,7 +138,7 @@ fn third_bodies_raise_a_tide_and_go_on_beyond_their_table() {
     }
     let sum = g.field(100.0, P) + g.thirds(100.0, P).sum::<Vec3>();
     assert!((g.acceleration(100.0, P) - sum).norm() < 1e-14);
-    // The table ends after an hour; the Moon's place has no jump there.
+    // The table ends after an hour. The position of the Moon must not jump there.
     let moon = &g.pullers[1];
     let (before, after) = (g.towards(moon, 3600.9), g.towards(moon, 3601.1));
     assert!((after - before).norm() < 300.0 && (before.norm() - 3.9e8).abs() < 4e7);
@@ -155,7 +155,8 @@ fn the_planet_answers_to_who_pulls() {
     let sum = rigid.acceleration(100.0, P) + g.tide(100.0, P);
     assert!((g.acceleration(100.0, P) - sum).norm() < 1e-15);
     assert_eq!(rigid.tide(100.0, P), Vec3::zeros());
-    // Under the Moon, alone: −3 k₂ μ₃ R⁵/(s³ r⁴) along r̂, inwards: the bulge is nearer than the ball was.
+    // Under the Moon alone, the tide is −3 k₂ μ₃ R⁵/(s³ r⁴) along r̂. It points inwards, because the bulge
+    // is nearer than the undeformed sphere.
     let moon = &g.pullers[1];
     let s = g.towards(moon, 100.0);
     let r = s.normalize() * 7e6;
@@ -186,7 +187,7 @@ fn third_bodies_pull_and_raise_tides_alike_over_a_site() {
         let pulls = here.thirds(t, p).sum::<Vec3>() + here.tide(t, p);
         let want = there.thirds(t, P).sum::<Vec3>() + there.tide(t, P);
         assert!((R * pulls - want).norm() < 1e-10 * want.norm(), "{pulls} {want}");
-        // The total acceleration without the centrifugal part agrees; the pole keeps its direction at the start.
+        // The total acceleration without the centrifugal part agrees. The pole keeps its direction of the start.
         let whole = R * (here.acceleration(t, p) - site.centrifugal(&p));
         assert!((whole - there.acceleration(t, P)).norm() < 1e-9, "{t} s");
         assert!((here.scale(t, p) / there.scale(t, P) - 1.0).abs() < 1e-12);
@@ -242,7 +243,7 @@ fn gradients_are_slopes_of_the_acceleration() {
             assert!(off < 1e-8, "{name} {k}: {off}");
         }
     }
-    // The tide and the turning are in it.
+    // The gradient includes the tide and the rotation.
     let rigid = built(&HarmonicsParams { love: 0.0, ..with_sun_and_moon() }, FIELD).unwrap();
     assert!(rigid.gradient(0.0, P).is_some());
     let lean = |g: Mat3| (g - g.transpose()).norm() / g.norm();
@@ -271,7 +272,7 @@ fn mistakes_have_place_fact_and_remedy() {
     let sun = HarmonicsParams { third_bodies: vec![Third::Sun], ..params() };
     let e = built(&sun, FIELD).err().unwrap();
     assert!(e.message.contains("a third body needs an epoch"), "{}", e.message);
-    // The field of one body differs from the field of another body and of another gravity parameter.
+    // The world must have the same body and the same gravity parameter as the field.
     for (world, words) in [
         (WorldParams::of(Centre::Moon), "`body` of `world` is `moon`"),
         (WorldParams { mu: Some(3.986e14), ..earth() }, "`mu` of `world`"),
@@ -350,10 +351,10 @@ fn the_permanent_tide_is_there_once() {
     assert!((zero - wanted).norm() < 1e-11, "{}", zero - wanted);
     assert!((all - wanted).norm() < 1e-10, "{}", all - wanted);
     assert!((twice - wanted).norm() > 1e-8, "{}", twice - wanted);
-    // A rigid body keeps its deformation.
+    // A rigid body keeps the deformation of the file.
     let rigid = with(free, Some(Permanent::ZeroTide), 0.0);
     assert_eq!(rigid, with(free, None, 0.0));
-    // The file states it itself.
+    // This file states its tide system itself.
     let gfc = "earth_gravity_constant 3.986004415e14\nradius 6378136.3\nmax_degree 2\ntide_system zero_tide\nend_of_head\ngfc 2 0 -4.8416e-4 0\n";
     let read = |text: &str| {
         let format = FieldFormat::Icgem;
@@ -382,7 +383,8 @@ fn fields_of_the_moon_are_in_principal_axes() {
     let arcsec = std::f64::consts::PI / 648_000.0;
     let (sin, cos) = (78.56 * arcsec).sin_cos();
     let R = handle(moon.clone()).planet_axes(0.0);
-    // Acceleration perpendicular to the radius: zero at the pole, and 3 J₂ (R/r)² of the weight per radian of distance from it.
+    // Compute the acceleration perpendicular to the radius. It is zero at the pole, and 3 J₂ (R/r)² of the weight per
+    // radian of distance from it.
     let aside = |axes, pole: Vec3| {
         let p = R * pole * 1.838e6;
         let a = at(axes, &gfc("")).acceleration(0.0, p);

@@ -50,7 +50,8 @@ fn each_row_of_the_reference_files_is_reproduced() {
     let (earth, mars) = (6_378_137.0, 3_396_190.0);
     let air_of_mars = [188.92, 1.29, 1.572e-6, 240.0];
     let air_of_earth = [8314.32 / 28.9644, 1.4, 1.458e-6, 110.4];
-    // Columns of altitude, density, temperature; metres; lines above the numbers; rows.
+    // Each layout has the columns of altitude, density and temperature, the unit of altitude in
+    // metres, the number of lines above the numbers, and the number of rows.
     let layouts = [
         (MARS_GRAM, TableLayout::MarsGram, [1, 4, 5], 1e3, 1, 401, mars, air_of_mars),
         (EARTH_GRAM, TableLayout::EarthGram, [1, 4, 6], 1e3, 1, 401, earth, air_of_earth),
@@ -64,7 +65,8 @@ fn each_row_of_the_reference_files_is_reproduced() {
         for line in text.lines().skip(skip).filter(|l| !l.trim().is_empty()) {
             let words: Vec<&str> = line.split([',', ' ']).filter(|w| !w.is_empty()).collect();
             let [h, density, kelvin] = columns.map(|c| words[c].parse::<f64>().unwrap());
-            // Basilisk's 86 km are 87.18 km above the ground.
+            // The altitude of 86 km in Basilisk's table is geopotential; it is 87.18 km above the
+            // ground.
             let h = if file == US76 { geometric_altitude(h) } else { h * unit };
             ends = [ends[0].min(h), ends[1].max(h)];
             let p = point(radius, h);
@@ -82,7 +84,7 @@ fn each_row_of_the_reference_files_is_reproduced() {
         }
         assert_eq!(rows, count, "{file}");
 
-        // Its ends, as heights.
+        // Test both ends of the table.
         let [low, high] = ends;
         for (h, out) in [(low + 1.0, low - 250.0), (high - 1.0, high + 250.0)] {
             assert!(air.out_of_range(0.0, point(radius, h)).is_none(), "{file} {h}");
@@ -98,7 +100,8 @@ fn each_row_of_the_reference_files_is_reproduced() {
             let end = point(radius, if out < low { low } else { high });
             let [held, edge] = [point(radius, out), end].map(|p| of(Outside::Clamp).air(0.0, p));
             assert!((held.density / edge.density - 1.0).abs() < 1e-9, "{file} {out}");
-            // The density half a row beyond the edge has changed by the factor of half a row inside.
+            // Extrapolation by half a row changes the density by the same factor as half a row
+            // inside.
             let on = air.air(0.0, point(radius, out));
             let inwards = air.air(0.0, end * 2.0 - point(radius, out));
             let (there, back) = (on.density / edge.density, inwards.density / edge.density);
@@ -194,7 +197,7 @@ fn a_planet_that_is_none_of_the_list_has_its_air_from_columns() {
     };
     let build = |p: &TableAirParams| TableAtmosphere::build(p.clone(), &files);
     let air = build(&full).unwrap();
-    // At the pole as at the equator: it is round.
+    // The planet is a sphere, so pole and equator have the same air.
     for along in [Vec3::x(), Vec3::z()] {
         let a = air.air(0.0, along * (6_051_800.0 + 55e3));
         assert!((a.density - 0.8).abs() < 1e-9 && (a.temperature - 305.0).abs() < 1e-6);

@@ -13,7 +13,7 @@ fn earth() -> WorldParams {
 
 #[test]
 fn the_standard_atmosphere_moves_with_the_ground_and_the_wind() {
-    // 20 ft/s from the west at the ground, more above: NESC's case 8 upside down.
+    // The wind from the west is 6 m/s at the ground and stronger above.
     let layer = |altitude: f64, east: f64| WindLayer { altitude, east, north: 1.0, up: 0.0 };
     let winds = vec![layer(0.0, 6.0), layer(10_000.0, 16.0)];
     let p = Us76Params {
@@ -26,15 +26,16 @@ fn the_standard_atmosphere_moves_with_the_ground_and_the_wind() {
     };
     let air = StandardAtmosphere::build(p, &Files::default()).unwrap();
     let (t, r) = (3000.0, 6_378_137.0 + 5000.0);
-    // A point above the equator, at longitude 0.4 after the turning.
+    // The point is above the equator, at longitude 0.4 after the rotation of the planet.
     let at: f64 = 0.4 + 1e-4 * t + 0.4;
     let (up, east) = (Vec3::new(at.cos(), at.sin(), 0.0), Vec3::new(-at.sin(), at.cos(), 0.0));
     let a = air.air(t, up * r);
     assert!((a.wind - (east * (1e-4 * r + 11.0) + Vec3::z())).norm() < 1e-8, "{}", a.wind);
-    // The standard's table at 5 km.
+    // Values of the standard's table at 5 km.
     assert!((a.temperature - 255.676).abs() < 1e-2 && (a.density - 0.736_43).abs() < 1e-4);
     assert!((a.pressure / 54_048.0 - 1.0).abs() < 1e-4, "{}", a.pressure);
-    // Height counts from the ellipsoid: at the pole it is 21.4 km further in.
+    // Altitude is measured from the ellipsoid, whose surface is 21.4 km nearer to the centre at the
+    // pole.
     let pole = air.air(t, Vec3::z() * (6_356_752.314 + 5000.0));
     assert!((pole.density - a.density).abs() < 1e-7);
     assert!(air.air(t, Vec3::zeros()).density.is_nan());
@@ -55,7 +56,8 @@ fn msis_knows_day_and_night_and_ends_above() {
         outside: None,
     };
     let air = MsisAtmosphere::build(p.clone(), &Files::default()).unwrap();
-    // Early August: the Sun is at right ascension 136°; the bulge is some 30° behind.
+    // In early August, the Sun is at right ascension 136°, and the density bulge is some 30°
+    // behind.
     let at = |degrees: f64, h: f64| {
         let l = degrees.to_radians();
         air.air(0.0, Vec3::new(l.cos(), l.sin(), 0.0) * (6_378_137.0 + h))
@@ -130,7 +132,8 @@ fn season_and_dust_choose_the_air_of_mars() {
         assert!((a.density / density - 1.0).abs() < 1e-9, "{} for {density}", a.density);
         assert!((a.temperature - kelvin).abs() < 1e-6, "{} for {kelvin}", a.temperature);
     };
-    // The day of a table; the middle between two tables; a quarter of the interval that contains the new year.
+    // Test the day of a table, the middle between two tables, and a quarter of the interval that contains the
+    // new year.
     near(air(20.0, 0.1, 0.0), 0.02, 220.0);
     near(air(380.0, 1.1, 10_000.0), 0.01 * 0.1f64.sqrt(), 230.0);
     near(air(110.0, 0.1, 0.0), (0.02f64 * 0.008).sqrt(), 210.0);
@@ -139,7 +142,7 @@ fn season_and_dust_choose_the_air_of_mars() {
     // At 20 km the higher table is between its rows.
     let middle = (0.002f64 * 0.008 * 0.1f64.sqrt()).sqrt();
     near(air(110.0, 0.1, 20_000.0), middle, 0.5 * (200.0 + 190.0));
-    // The season of a date: L_s 327.3° on 2004-01-03, Mars24's second example.
+    // The season of a date: L_s is 327.3° on 2004-01-03, from the second example of Mars24.
     let epoch = Some("2004-01-03 13:46:31 UTC".to_string());
     let dated =
         MarsAirParams { world: handle(WorldParams { epoch, ..fixed(Centre::Mars) }), ..p.clone() };
@@ -181,7 +184,7 @@ fn the_air_of_mars_from_a_line_or_a_table() {
     let rows = "HgtMOLA Temp Denkgm3\n0 220 0.02\n10 200 0.005\n20 180 0.002\n";
     let a = file(rows).unwrap().air(0.0, point(5000.0));
     assert!((a.density - 0.01).abs() < 1e-9 && (a.temperature - 210.0).abs() < 1e-6);
-    // Place, fact, remedy.
+    // The error has the place, the fact and a remedy.
     let e = file(&rows.replace("200", "hot")).err().unwrap();
     assert!(e.message.contains("air.txt:3") && e.message.contains("`hot`"), "{}", e.message);
     assert_eq!(e.param.as_deref(), Some("table"));
@@ -351,7 +354,8 @@ fn winds_come_from_a_file() {
         let p = Vec3::x() * (radius + 2500.0);
         let [still, written, read] = [still, written, read].map(|a| a.air(0.0, p).wind);
         assert_eq!(read, written);
-        // At the equator and the prime meridian: up is x, east y, north z.
+        // The position is at the equator and the prime meridian, so up is x, east is y and north is
+        // z.
         assert!((read - still - Vec3::new(0.25, 9.0, 0.5)).norm() < 1e-9, "{}", read - still);
         let e = make(layers(), table()).err().unwrap();
         assert!(e.message.contains("both given") && e.param.as_deref() == Some("wind_table"));

@@ -38,7 +38,7 @@ impl Cache {
         if let Some(slot) = self.slots.get(self.last)
             && slot.tile == tile
         {
-            // Most questions are about the tile of the one before.
+            // Most queries are for the same tile as the previous one.
             self.slots[self.last].used = self.now;
             return Ok(&self.slots[self.last].heights);
         }
@@ -61,7 +61,7 @@ impl Cache {
             Some(at) if self.slots.len() >= self.most => {
                 // The previous tile of the slot is lost even if the new one cannot be read.
                 let slot = &mut self.slots[at];
-                // Nowhere already, after a tile that could not be read.
+                // The slot does not have a tile if its last tile could not be read.
                 if let Some(place) = self.places.get_mut(slot.tile) {
                     *place = NOWHERE;
                 }
@@ -124,7 +124,8 @@ mod tests {
         for tile in [1, 4, 3, 1] {
             assert_eq!(ask(&mut cache, tile).is_ok(), tile != 4);
         }
-        // 2 drives 1 out, 1 drives 2 out, and the failure 0; then 1 is there, and 4 fails in the room that is free.
+        // Tile 2 replaces 1, tile 1 replaces 2, and the failed read of 4 discards 0. Then 1 is in the cache, and
+        // reading 4 fails in the free slot.
         assert_eq!(reads, [0, 1, 2, 1, 4, 4, 3]);
     }
 }

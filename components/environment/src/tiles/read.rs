@@ -80,7 +80,7 @@ impl Tiles {
     /// # Errors
     /// The file cannot be read, is not a tile file, or its header or index is damaged.
     pub fn open(path: &Path, most: usize) -> Result<Tiles, TileError> {
-        // Checked before opening, because opening a named pipe would block until a writer appears.
+        // Check before opening, because opening a named pipe would block until a writer appears.
         if !path.metadata().map_err(TileError::system("opening"))?.is_file() {
             return Err(TileError::System {
                 what: "opening",
@@ -246,7 +246,7 @@ impl Tiles {
         let (origin, spacing, size) = (self.grid.origin(), self.grid.spacing(), self.grid.size());
         let size_fault = |fact: String, help: &str| TileError::Size { fact, help: help.into() };
         let span = |low: f64, high: f64, k: usize| {
-            // The tolerance includes a node whose position is given as a bound, in spite of round-off.
+            // The tolerance includes a node whose position is given as a bound, despite round-off.
             let at = |p: f64| (p - origin[k]) / spacing[k];
             let (a, b) = ((at(low) - 1e-6).ceil(), (at(high) + 1e-6).floor());
             (a >= 0.0 && b <= (size[k] - 1) as f64 && b >= a + 1.0)

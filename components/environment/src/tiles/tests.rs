@@ -49,7 +49,7 @@ fn bits(answer: Option<(f64, linkwork_spatial::Vec3)>) -> [u64; 4] {
 #[test]
 fn answers_are_those_of_one_array_bit_for_bit_in_any_order_with_any_cache() {
     let folder = tempfile::tempdir().unwrap();
-    // Sizes that end within a tile, at its end, and one node behind it.
+    // Test sizes that end within a tile, at its end, and one node after it.
     for (nx, ny) in [(70, 95), (65, 129), (66, 34), (2, 3), (17, 18)] {
         let field = field(nx, ny);
         let path = written(&folder, &field, 16);
@@ -107,7 +107,7 @@ fn rows_regions_overview_and_counts_are_those_of_the_array() {
     let told = tiles.region([x0, y0, x1, y1], 6649).unwrap_err().to_string();
     assert!(told.contains("70 by 95 nodes") && told.contains("at most 6649 nodes"), "{told}");
     assert!(tiles.region([0.0, f64::NAN, 1.0, 14.0], 100).is_err());
-    // A map that is larger than an overview.
+    // This map is larger than an overview.
     let wide =
         HeightField::new([0.0; 2], [1.0; 2], 3000, 20, (0..60_000).map(|k| k as f32).collect())
             .unwrap();
@@ -124,7 +124,7 @@ fn a_damaged_tile_is_no_ground_and_is_told_with_its_place() {
     let path = written(&folder, &field, 16);
     let sound = std::fs::read(&path).unwrap();
     let head = head::Head::read(&mut sound.as_slice(), sound.len() as u64).unwrap();
-    // Tile 3, 1 of five across.
+    // Damage tile (3, 1); a row has five tiles.
     let at = head.index[8].start as usize + 5;
     let mut bytes = sound.clone();
     bytes[at] ^= 4;
@@ -140,13 +140,13 @@ fn a_damaged_tile_is_no_ground_and_is_told_with_its_place() {
     let told = tiles.failure().unwrap().to_string();
     assert!(told.contains("tile 3, 1 (from the south-west): its checksum is wrong"), "{told}");
     assert!(told.contains("linkwork terrain convert"), "{told}");
-    // A tile of which the end is gone.
+    // Truncate the file within the same tile.
     std::fs::write(&path, &sound[..at]).unwrap();
     let tiles = Tiles::open(&path, 4).unwrap();
     assert_eq!(tiles.ground(x, y), None);
     assert!(tiles.failure().unwrap().to_string().contains("beyond the end"));
     assert!(tiles.overview().unwrap_err().to_string().contains("the overview: its bytes"));
-    // Every bit of head and index is watched.
+    // Checksums cover every bit of the head and the index.
     for k in (0..head::HEAD as usize + 16 * head.index.len()).step_by(3) {
         let mut bytes = sound.clone();
         bytes[k] ^= 1 << (k % 8);

@@ -50,7 +50,7 @@ pub fn write_tiles(path: &Path, rows: &mut dyn HeightRows, tile: usize) -> Resul
     let written = write_to(part, rows, tile)
         .and_then(|()| std::fs::rename(part, path).map_err(TileError::system("writing")));
     if written.is_err() {
-        // The incomplete file is useless; failing to remove it is not reported as another fault.
+        // The incomplete file is useless. If it cannot be removed, report the first error only.
         let _ = std::fs::remove_file(part);
     }
     written
@@ -85,11 +85,11 @@ fn write_to(path: &Path, rows: &mut dyn HeightRows, tile: usize) -> Result<(), T
     let overview_size = head.overview_size();
     debug_assert!(overview_size.iter().all(|n| *n <= OVERVIEW));
     let mut overview = Vec::with_capacity(overview_size[0] * overview_size[1]);
-    // Rows of a band of tiles, and the first of them.
+    // Rows of one band of tiles, and the number of the first of these rows.
     let (mut band, mut first): (Vec<f32>, usize) = (Vec::new(), 0);
     for down in 0..up {
         let wanted = head.nodes(down * across);
-        // Rows that the band before had, too.
+        // Keep the rows that this band shares with the previous one.
         let kept = (first + band.len() / nx).saturating_sub(wanted.j);
         band.drain(..band.len() - kept * nx);
         first = wanted.j;
@@ -133,7 +133,7 @@ fn look(head: &mut Head, j: usize, row: &[f32], overview: &mut Vec<f32>) -> Resu
         if h.is_nan() {
             head.missing += 1;
         } else {
-            // NaN until there is a height.
+            // `min` and `max` ignore the initial NaN.
             head.range = [head.range[0].min(*h), head.range[1].max(*h)];
         }
     }

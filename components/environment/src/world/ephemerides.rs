@@ -29,7 +29,7 @@ impl Inner {
         };
         let known: Vec<String> = all.iter().map(TwoLine::called).collect();
         all.retain(is);
-        // A file may hold several epochs of one satellite: the nearest one is used.
+        // A file may contain several epochs of one satellite. The nearest epoch is used.
         let number = all.first().map(|t| t.number);
         if all.iter().any(|t| Some(t.number) != number) || all.is_empty() {
             return Err(choose("satellite", satellite, file, &known));

@@ -349,7 +349,7 @@ fn site(s: &SiteParams, ellipsoid: &Ellipsoid, rotation: &Rotation) -> Result<Si
         return Err(BuildError::new(fact).help(help));
     }
     let spin = rotation.at(0.0);
-    // Use the written rate itself, without round-off from a conversion.
+    // Use the rate of the file itself, without round-off from a conversion.
     let rate = if let Rotation::Fixed(f) = rotation { f.rate } else { spin.omega_P().z };
     Ok(Site { pose, rate, start: spin.R_IP })
 }

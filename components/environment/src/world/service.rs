@@ -167,7 +167,8 @@ impl Inner {
         let mut seen = SunView::new(&(sun - r), self.params.solar_constant);
         match &planet.site {
             Some(_) if !planet.turning => seen.horizon(),
-            // Near the origin of W the ground there counts: the sphere that touches it.
+            // Near the origin of W, the local ground is the horizon, so use a sphere that
+            // touches it.
             Some(s) if p.norm() < NEAR * s.pose.position.norm() => {
                 let radius = s.pose.position.norm();
                 seen.behind(&-(p + Vec3::z() * radius), radius);
@@ -257,7 +258,7 @@ impl Service for PlanetWorld {
             files: files.clone(),
             shadows,
         }));
-        // Written bodies are checked here. The default matters only where a Sun exists.
+        // Bodies that the file lists are checked here. The default matters only if there is a Sun.
         if written {
             world.needs_light()?;
         }

@@ -194,7 +194,7 @@ mod tests {
     #[test]
     fn elements_come_back_and_a_mean_anomaly_is_keplers() {
         let world = handle(earth());
-        // At the pericentre: r = a (1 − e), v = √(μ/a (1 + e)/(1 − e)).
+        // At the pericentre, r = a (1 − e) and v = √(μ/a (1 + e)/(1 − e)).
         let (r, v) = world.start(&elements(Anomaly::True(0.0))).unwrap();
         assert!((r.norm() - 6.93e6).abs() < 1e-6);
         assert!((v.norm() - (MU / 7e6 * 1.01 / 0.99).sqrt()).abs() < 1e-9);
@@ -258,7 +258,8 @@ mod tests {
         assert!((over.dot(&r.normalize()) - 5.0).abs() < 0.1, "up, but for the flattening");
         let Axes::Site(turns) = on_it.axes() else { panic!() };
         let (r1, v1) = on_it.start(&start).unwrap();
-        // Straight above the origin; x is turned by 0.4 from east towards north.
+        // The position is straight above the origin. The x axis is rotated by 0.4 from east towards
+        // north.
         assert!((r1 - Vec3::z() * 2000.0).norm() < 1e-6, "{r1}");
         let (sin, cos) = 0.4_f64.sin_cos();
         let want = Vec3::new(30.0 * cos - 20.0 * sin, -30.0 * sin - 20.0 * cos, 5.0);

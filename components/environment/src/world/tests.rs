@@ -19,7 +19,8 @@ fn bodies_turn_at_their_own_rate_or_the_written_one() {
         let planet = WorldParams::of(body).planet(&Files::default()).unwrap();
         let turn = planet.rotation.at(day).R_IP * Vec3::x();
         assert!((turn - Vec3::x()).norm() < 1e-5, "{body:?}: {turn}");
-        // A quarter of a day later east is where the meridian points: the turning is eastward.
+        // After a quarter of a day, the meridian points to the former east, because the rotation is
+        // eastward.
         assert!((planet.rotation.at(day / 4.0).R_IP * Vec3::x() - Vec3::y()).norm() < 1e-5);
     }
     let p = WorldParams { rate: Some(0.01), angle: Some(0.5), ..WorldParams::of(Centre::Mars) };
@@ -39,7 +40,8 @@ fn the_iau_rotation_is_the_bodys_own() {
         let point = Vec3::new(0.0, 7e6, 1e6);
         let (spin, place) = p.planet(&Files::default()).unwrap().place(3600.0, point);
         assert!((spin.omega_I.norm() - rate).abs() < 1e-10, "{}", spin.omega_I.norm());
-        // Latitude counts from the body's own equator; geodetic and geocentric are 0.3° apart.
+        // Latitude is measured from the body's own equator. Geodetic and geocentric latitude differ
+        // by 0.3°.
         let sine = (spin.R_IP * Vec3::z()).dot(&point) / point.norm();
         assert!((place.unwrap().latitude.sin() - sine).abs() < 0.005);
     }
@@ -70,7 +72,7 @@ fn a_site_stands_among_the_stars_where_its_planet_has_it() {
         let site = p.planet(&Files::default()).unwrap().site.unwrap();
         assert_eq!(site.rate, rate.unwrap_or(0.0));
     }
-    // With `Iau`, pole and rate are constant: the changes by precession, tides and libration within a day are left out.
+    // With `Iau`, pole and rate are constant; changes by precession, tides and libration within a day are neglected.
     let epoch = Some("2026-11-02 00:00:00 UTC".to_string());
     for (body, day) in [(Centre::Mars, 3e-8), (Centre::Earth, 7e-7), (Centre::Moon, 2e-4)] {
         let p = WorldParams {
@@ -120,7 +122,8 @@ fn the_earth_turns_by_a_table() {
         ..p.clone()
     };
     let still = written.planet(&files).unwrap();
-    // At a midnight they differ by dX and dY, 0.22 mas; a day later by a millisecond of UT1, too.
+    // At midnight, the two differ by dX and dY, 0.22 mas. A day later they also differ by a
+    // millisecond of UT1.
     let apart = |t: f64| by_day.rotation.at(t).R_IP.angle_to(&still.rotation.at(t).R_IP);
     assert!((apart(0.0) - 0.2236e-3 * arcsec).abs() < 1e-5 * arcsec, "{}", apart(0.0) / arcsec);
     assert!((apart(86_400.0) - 1e-3 * 7.2921e-5).abs() < 0.1e-7, "{}", apart(86_400.0));
@@ -152,7 +155,7 @@ fn a_body_turns_by_a_binary_kernel() {
         ..WorldParams::of(Centre::Moon)
     };
     let world = PlanetWorld::build(p("2019-03-03 00:00:00 TDB", 31001), &files).unwrap();
-    // The rate of the angle about the pole is 2.66e-6 rad/s, with small periodic terms.
+    // The angle about the pole has a rate of 2.66e-6 rad/s and small periodic terms.
     assert!((world.planet.rotation.at(0.0).omega_P().z - 2.66e-6).abs() < 3e-8);
     let day = 86_400.0;
     assert!(world.failure(17.4 * day).is_none() && world.failure(-0.4 * day).is_none());
@@ -232,7 +235,8 @@ fn the_earth_hides_the_sun_from_the_moon() {
         ..WorldParams::of(Centre::Moon)
     };
     let (world, alone) = (built(moon(None)), built(moon(Some(vec![]))));
-    // Light asks for it: a world without a Sun needs no ephemeris of the neighbours.
+    // The neighbours' ephemerides are loaded only when light is needed, because a world without a
+    // Sun does not need them.
     assert!(world.needs_light().is_ok() && alone.needs_light().is_ok());
     let course = world.heavens("").unwrap().course(Body::Sun, "").unwrap();
     let at = |world: &PlanetWorld, minute: f64| {
@@ -300,7 +304,7 @@ fn a_body_turns_by_a_kernel_of_constants() {
     }
     let ceres = p(Centre::Other, Some(2_000_001)).planet(&files).unwrap();
     assert_eq!(ceres.ellipsoid.equatorial_radius(), 487_300.0);
-    // 952.1532 degrees a day.
+    // Ceres rotates by 952.1532 degrees per day.
     let rate = ceres.rotation.at(0.0).omega_P().z;
     assert!((rate - 952.1532_f64.to_radians() / 86_400.0).abs() < 1e-15, "{rate}");
     for (p, part) in [

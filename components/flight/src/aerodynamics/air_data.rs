@@ -89,7 +89,7 @@ impl AirData {
             return 0.0;
         }
         let continuous = constant * (self.density / radius).sqrt() * self.speed.powi(3);
-        // (q_c/q_f)² = 4 k²/(ρ r_n).
+        // The heating follows from (q_c/q_f)² = 4 k²/(ρ r_n).
         let over = 4.0 * constant * constant / (self.density * radius);
         continuous / (1.0 + over).sqrt()
     }

@@ -213,7 +213,8 @@ impl Scales {
         let lean = a.lean();
         let qs = a.pressure * self.area;
         let mut force = Vec3::new(-axial, -normal * lean.y, -normal * lean.z) * qs;
-        // Coefficients that are held beyond the end of their table may accelerate the body along its velocity.
+        // Coefficients beyond the end of their table keep their last values, which may accelerate the body
+        // along its velocity.
         let push = force.dot(&a.velocity);
         if push > 0.0 {
             force -= a.velocity * (push / (a.speed * a.speed));
@@ -325,7 +326,7 @@ impl Model for Axisymmetric {
         Edge::at(self.air(clock.t, u).1, d)
     }
     fn handle_event(&self, x: &Heat) -> (Heat, TableExit) {
-        // The flow leaves or enters the range, so it has been outside.
+        // The flow leaves or enters the range, so it has been outside at least once.
         (*x, TableExit { outside: true })
     }
     fn runtime_warning(

@@ -499,7 +499,7 @@ impl Model for DaveAerodynamics {
             }
         };
         let needed = |k: usize| {
-            // A coefficient that is 0 for good needs no length.
+            // A coefficient that is always 0 does not need a reference length.
             let acts = |k: usize| {
                 results[k].is_some_and(|(v, _): (usize, f64)| {
                     m.variables[v].role != Role::Constant || start[v] != 0.0
@@ -552,7 +552,7 @@ impl Model for DaveAerodynamics {
         Edge::at(self.inside(clock.t, u), d)
     }
     fn handle_event(&self) -> ((), TableExit) {
-        // It leaves the range or comes in: it has been outside.
+        // The flow leaves or enters the range, so it has been outside at least once.
         ((), TableExit { outside: true })
     }
     fn runtime_warning(

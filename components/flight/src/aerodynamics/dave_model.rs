@@ -52,7 +52,8 @@ fn inputs(p: &DaveModelParams) -> impl Iterator<Item = (usize, &DaveVariable)> {
 }
 
 fn outputs(p: &DaveModelParams) -> impl Iterator<Item = (usize, &DaveVariable)> {
-    // A variable that is input and output at once is known to whom it comes from.
+    // A variable that is both an input and an output is left out, because the caller already has
+    // it.
     p.model.model().variables.iter().enumerate().filter(|(_, v)| v.output && v.role != Role::Input)
 }
 

@@ -48,13 +48,14 @@ fn units_axes_and_controls_are_those_of_the_file() {
     let m = DaveAerodynamics::build(DaveParams { set, ..params(FILE) }).unwrap();
     let alpha = 5f64.to_radians();
     let y = at(&m, alpha, 2f64.to_radians());
-    // 5° give C_L = 0.5; 10 ft² of reference.
+    // At 5°, C_L is 0.5. The reference area is 10 ft².
     let qs = 0.5 * 1.2 * 1e4 * 10.0 * 0.3048 * 0.3048;
     let (s, c) = alpha.sin_cos();
     let want = Vec3::new(-0.1 * c + 0.5 * s, 0.0, -0.1 * s - 0.5 * c) * qs;
     assert!((y.load.force - want).norm() < 1e-9 * qs, "{} {want}", y.load.force);
     assert!((y.load.moment - Vec3::y() * (-0.02 * 0.5 * qs)).norm() < 1e-9 * qs);
-    // 28.65° are beyond the table: tried there, it holds the end; by what it says the run stops.
+    // 28.65° is beyond the table: a trial step uses the value at the end, and the run stops with
+    // the message.
     let (end, beyond) = (at(&m, 20f64.to_radians(), 0.0), at(&m, 0.5, 0.0));
     assert!((end.force_coefficient.norm() - beyond.force_coefficient.norm()).abs() < 1e-12);
     let velocity = Vec3::new(0.5f64.cos(), 0.0, 0.5f64.sin()) * 100.0;
@@ -98,7 +99,7 @@ fn files_and_parameters_that_do_not_fit_are_refused() {
         assert!(e.message.contains(phrase) && e.help.is_some(), "{phrase}: {}", e.message);
         assert_eq!(e.param.as_deref(), Some(param));
     }
-    // A file that fails its own shots does not load.
+    // A file that does not satisfy its own check cases is rejected.
     let shot = "<checkData><staticShot name=\"s\"><checkInputs><signal><varID>EL</varID><signalValue>1\
                 </signalValue></signal></checkInputs><checkOutputs><signal><varID>CM</varID><signalValue>0.3\
                 </signalValue></signal></checkOutputs></staticShot></checkData></DAVEfunc>";
@@ -220,7 +221,7 @@ fn tables_over_mach_angle_reynolds_number_and_elevator_are_what_made_them() {
             }
         }
     }
-    // What `controls` names comes from there.
+    // Inputs that `controls` lists come from there.
     let p = DaveParams { controls: vec!["EL".into(), "RE".into()], ..params(&of_four("nd")) };
     let p = DaveParams { atmosphere: known(FILE).atmosphere, ..p };
     let have = lift_and_drag(p, 0.0, 100.0, 4f64.to_radians(), &[0.0, 5e6]);
@@ -236,7 +237,7 @@ fn reynolds_numbers_and_altitudes_that_nothing_gives_are_refused() {
         assert_eq!(e.param.as_deref(), Some(param), "{}", e.message);
     };
     let four = of_four("nd");
-    // Air that knows neither its gas nor its planet.
+    // This air does not define its gas or its planet.
     refused(params(&four), "atmosphere", "needs altitudeMSL, and the air does not know around");
     let controls = vec!["EL".to_string(), "ALT".to_string()];
     refused(

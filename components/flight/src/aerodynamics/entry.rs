@@ -150,7 +150,7 @@ impl Model for EntryAerodynamics {
             (Curve::new(&p.drag, "drag")?, Curve::new(&p.lift_to_drag, "lift_to_drag")?);
         let drag = drag.not_negative("C_D", "drag")?;
         let heating = heating_constant(p.heating_constant, &p.atmosphere)?;
-        // The vertical does not matter without lift.
+        // Without lift, the vertical does not matter.
         let lifts = p.lift_to_drag.iter().any(|row| row[1] != 0.0);
         let vertical = match Vertical::new(p.world.as_ref(), p.gravity.as_ref()) {
             Ok(vertical) => vertical,
@@ -190,7 +190,7 @@ impl Model for EntryAerodynamics {
         Edge::at(self.inside(self.mach(clock.t, u)), d)
     }
     fn handle_event(&self, x: &Heat) -> (Heat, TableExit) {
-        // The flow leaves or enters the range, so it has been outside.
+        // The flow leaves or enters the range, so it has been outside at least once.
         (*x, TableExit { outside: true })
     }
     fn runtime_warning(
@@ -218,7 +218,7 @@ mod tests {
         let v = Vec3::new(5000.0, 0.0, -1000.0);
         let level = force(&v, &up, 0.0, 10.0, 0.0);
         assert!(level.z > 0.0 && level.dot(&v).abs() < 1e-9 && (level.norm() - 10.0).abs() < 1e-12);
-        // Flying along x with z up, the right is −y.
+        // The flight is along x with z up, so the right is −y.
         let right = force(&v, &up, 0.5 * std::f64::consts::PI, 10.0, 0.0);
         assert!((right + Vec3::y() * 10.0).norm() < 1e-12, "{right}");
         let drag = force(&v, &up, 1.0, 0.0, 7.0);

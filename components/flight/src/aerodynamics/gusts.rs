@@ -100,7 +100,7 @@ fn axes(through: &Vec3, up: &Vec3) -> [Vec3; 3] {
     let v = if level.norm() > 1e-9 * up.norm() {
         level.normalize()
     } else {
-        // The coordinate axis with the largest angle to the airspeed.
+        // Choose the coordinate axis with the largest angle to the airspeed.
         let k = u.iamin();
         let mut e = Vec3::zeros();
         e[k] = 1.0;
@@ -265,7 +265,7 @@ mod tests {
                 let c = Clock::at(k as f64 * dt, dt, k);
                 let y = m.feedthrough(&c, &d, u).velocity;
                 d = m.update(&c, &d, u);
-                // The airspeed is along y; left of it is −x with z up; the third axis is +z.
+                // The airspeed is along y. Left of it is −x with z up, and the third axis is +z.
                 [y.y, -y.x, y.z]
             })
             .collect()
@@ -273,7 +273,7 @@ mod tests {
 
     #[test]
     fn correlations_are_those_of_the_spectra() {
-        // Reference: L 533.4 m, V 150 m/s, 0.5 s: 0.86883 and 0.80775.
+        // The reference is 0.86883 and 0.80775, for L 533.4 m, V 150 m/s and 0.5 s.
         let m = gusts(Some((Vec3::repeat(533.4), Vec3::new(1.0, 2.0, 3.0))));
         let (dt, lag) = (0.1, 5);
         let rows = series(&m, 400_000, dt, &flying(f64::NAN));
@@ -290,7 +290,7 @@ mod tests {
 
     #[test]
     fn the_first_sample_is_as_gusty_as_any() {
-        // Statistics over many seeds, from the noise of many first samples.
+        // The statistics are over many seeds, from the noise of many first samples.
         let m = gusts(Some((Vec3::repeat(533.4), Vec3::new(1.0, 2.0, 3.0))));
         let (n, u) = (20_000, flying(f64::NAN));
         let mut sums = Vec3::zeros();
@@ -330,7 +330,7 @@ mod tests {
             let rows = series(&m, 100_000, 0.2, &flying(height));
             (rows.iter().map(|r| r[2] * r[2]).sum::<f64>() / rows.len() as f64).sqrt()
         };
-        // σ_w = 0.1 W₂₀ below 1000 ft, σ above 2000 ft.
+        // The deviation is σ_w = 0.1 W₂₀ below 1000 ft, and σ above 2000 ft.
         assert!((deviation(100.0) / 1.54 - 1.0).abs() < 0.04, "{}", deviation(100.0));
         assert!((deviation(700.0) / 1.5 - 1.0).abs() < 0.04, "{}", deviation(700.0));
         let (c, d, u) = (Clock::at(0.0, 0.1, 0), GustState::zero(), flying(f64::NAN));

@@ -206,14 +206,14 @@ pub fn sphere_cone(half_angle: f64, bluntness: f64, rings: usize, around: usize)
             });
         }
     };
-    // The cap: polar angle from the nose to π/2 − δ.
+    // The cap extends from the nose to the polar angle π/2 − δ.
     let end = 0.5 * std::f64::consts::PI - half_angle;
     for i in 0..rings {
         let step = end / rings as f64;
         let (s, c) = ((i as f64 + 0.5) * step).sin_cos();
         ring(bluntness * (c - 1.0), bluntness * s, (c, s), bluntness * step);
     }
-    // The cone: from the seam to the base.
+    // The cone extends from the seam to the base.
     let seam = bluntness * cd;
     let x0 = bluntness * (sd - 1.0);
     for i in 0..rings {
@@ -242,7 +242,8 @@ mod tests {
                 let panels = sphere_cone(delta, nu, n, 4 * n);
                 let v = Vec3::new(f64::cos(alpha), 0.0, f64::sin(alpha));
                 let (f, m) = sum(&panels, &v, 2.0, 0.0, (1.0, 1.0, 1.0));
-                // Moment about a point 0.3 behind the nose, divided by the diameter; nose up is +y.
+                // The moment is about a point 0.3 behind the nose, divided by the diameter. Nose up
+                // is +y.
                 let m = m + Vec3::new(0.3, 0.0, 0.0).cross(&f);
                 [-f.x / PI, -f.z / PI, m.y / PI / 2.0]
             };
@@ -307,7 +308,7 @@ mod tests {
         let s = 7500.0 / (2.0 * 8.314_462_618_153_24 / 0.02897 * 900.0f64).sqrt();
         let want = free_molecular(1.0, s, 1.0, 1.0 / 3.0).0;
         assert!((coefficient(&thin) - want).abs() < 1e-12 && want > 2.0 && want < 2.5);
-        // The plate is on the right, so its drag yaws the nose to the right (+z).
+        // The plate is on the right, so its drag rotates the nose to the right (+z).
         assert!((thick.load.moment.z + thick.load.force.x).abs() < 1e-9);
         assert_eq!(at(0.0).load, Wrench::zero());
         let flat = vec![Panel { area: 1.0, normal: Vec3::zeros(), centre: Vec3::zeros() }];

@@ -43,7 +43,7 @@ pub fn erf(x: f64) -> f64 {
         return x.signum();
     }
     if a < 2.5 {
-        // 2/√π e^(−x²) Σ 2ⁿ x^(2n+1)/(2n+1)!!: all terms of one sign.
+        // The series is 2/√π e^(−x²) Σ 2ⁿ x^(2n+1)/(2n+1)!!, whose terms all have the same sign.
         let (mut term, mut sum, mut n) = (x, x, 0.0);
         while term.abs() > 1e-17 * sum.abs() {
             n += 1.0;
@@ -52,7 +52,8 @@ pub fn erf(x: f64) -> f64 {
         }
         return 2.0 / PI.sqrt() * (-x * x).exp() * sum;
     }
-    // erfc(a) √π e^(a²) = 1/(a + ½/(a + 1/(a + 3⁄2/(a + …)))), from the inside.
+    // Evaluate the continued fraction erfc(a) √π e^(a²) = 1/(a + ½/(a + 1/(a + 3⁄2/(a + …)))) from
+    // the inside.
     let fraction = (1..=80).rev().fold(a, |f, k| a + 0.5 * f64::from(k) / f);
     x.signum() * (1.0 - (-a * a).exp() / (PI.sqrt() * fraction))
 }
@@ -63,7 +64,7 @@ mod tests {
 
     #[test]
     fn erf_is_that_of_the_tables() {
-        // Abramowitz and Stegun, table 7.1; 15 digits.
+        // Reference: Abramowitz and Stegun, table 7.1, with 15 digits.
         for (x, want) in [
             (0.0, 0.0),
             (0.5, 0.520_499_877_813_047),
@@ -74,18 +75,20 @@ mod tests {
             assert!((erf(x) - want).abs() < 2e-15, "{x}: {}", erf(x));
             assert_eq!(erf(-x), -erf(x));
         }
-        // The two ways meet.
+        // The series and the continued fraction agree where one replaces the other.
         assert!((erf(2.5 - 1e-12) - erf(2.5 + 1e-12)).abs() < 1e-14);
         assert!(erf(f64::NAN).is_nan());
     }
 
     #[test]
     fn a_plate_in_a_fast_stream_stops_or_turns_back_what_hits_it() {
-        // s → ∞, head on: specular molecules turn back (C_p = 4), diffuse ones with a cold wall stop (2).
+        // In the limit s → ∞, head on, specular molecules reverse (C_p = 4), and diffuse ones from a cold
+        // wall stop (C_p = 2).
         let (specular, shear) = free_molecular(1.0, 1e4, 0.0, 1.0);
         assert!((specular - 4.0).abs() < 1e-7 && shear == 0.0);
         assert!((free_molecular(1.0, 1e4, 1.0, 1e-9).0 - 2.0).abs() < 1e-7);
-        // Oblique, diffuse, cold: the momentum 2 sin θ of the stream, along the stream.
+        // For an oblique plate with diffuse reflection from a cold wall, the force is the momentum
+        // 2 sin θ of the stream, along the stream.
         let (p, t) = free_molecular(0.6, 1e4, 1.0, 1e-9);
         assert!((p - 2.0 * 0.36).abs() < 1e-7 && (t - 2.0 * 0.6 * 0.8).abs() < 1e-7);
         let lee = free_molecular(-0.5, 20.0, 1.0, 1.0);

@@ -80,7 +80,7 @@ mod tests {
         let turns = 7.292_115e-5;
         let earth = || Some(PlainWorld::inertial(3.986e14, 6.378e6, turns));
         let of = |against: Vec3, world| RateDamping::build(params(Vec3::x(), against, world));
-        // Rates from two sources may differ in the seventh digit.
+        // Rates of two sources may differ in the seventh digit.
         for against in [Vec3::zeros(), Vec3::z() * turns, Vec3::z() * 7.292_113e-5] {
             assert!(of(against, earth()).is_ok(), "{against}");
         }
@@ -89,7 +89,7 @@ mod tests {
         assert!(of_mars.message.contains("7.292115e-5") && of_mars.help.is_some(), "{of_mars:?}");
         let pose = linkwork_spatial::Pose::identity();
         let site = Site { pose, rate: turns, start: Quat::identity() };
-        // In the axes of a site the air is at rest.
+        // In the axes of a site the air must be at rest.
         let here = Some(PlainWorld::of_site(3.986e14, 6.378e6, site));
         assert!(of(Vec3::z() * turns, here).is_err());
     }

@@ -54,7 +54,8 @@ impl SphereCone {
         let cap_normal = c * sa * ca * 0.5 * nu * nu * cd.powi(4);
         let apex = nu * (1.0 - 1.0 / sd);
         let cone_about_apex = -2.0 / 3.0 * c * sa * ca * (cd / sd) * (1.0 - rt.powi(3));
-        // A normal force behind the point turns the nose down. In base radii, then over the diameter.
+        // A normal force behind the point turns the nose down. The moment is in base radii; below it
+        // is divided by the diameter.
         let pitch = cone_about_apex - cone_normal * (apex - aft) - cap_normal * (nu - aft);
         Coefficients {
             axial: c * (cone_axial + cap_axial),
@@ -92,7 +93,8 @@ mod tests {
 
     #[test]
     fn seventy_degrees_gives_the_numbers_of_the_quadrature() {
-        // Computed elsewhere, equal to a quadrature of the pressure to 4e-16: C_A, C_N, C_m, C_D, C_L.
+        // C_A, C_N, C_m, C_D and C_L were computed by another program and agree with a quadrature of
+        // the pressure to 4e-16.
         for (alpha, want) in [
             (0.0_f64, [1.769465393281197, 0.0, 0.0, 1.769465393281197, 0.0]),
             (
@@ -147,10 +149,10 @@ mod tests {
 
     #[test]
     fn a_stagnation_point_behind_a_strong_shock() {
-        // Reference formula, evaluated separately with more digits: 1.876969 for γ = 1.29.
+        // The reference formula was evaluated separately with more digits: 1.876969 for γ = 1.29.
         assert!((pressure_max(1.4) - 1.839_371_051_130_667).abs() < 1e-14);
         assert!((pressure_max(1.29) - 1.876_968_671_833_093).abs() < 1e-14);
-        // γ → 1: the shock lies on the body, Newton's own 2.
+        // In the limit γ → 1 the shock lies on the body, and the value is Newton's 2.
         assert!((pressure_max(1.000001) - 2.0).abs() < 1e-4);
     }
 
@@ -169,7 +171,7 @@ mod tests {
         }
         assert_eq!((base_pressure(0.3), base_pressure(25.0)), (base_pressure(1.0), 0.0));
         assert!(base_pressure(f64::NAN).is_finite());
-        // It never rises the body's drag by more than a vacuum behind it: −C_p ≤ 2/(γ M²).
+        // The base never has less pressure than a vacuum: −C_p ≤ 2/(γ M²).
         for k in 10..120 {
             let m = 0.1 * f64::from(k);
             assert!(base_pressure(m) >= -2.0 / (1.29 * m * m), "{m}");

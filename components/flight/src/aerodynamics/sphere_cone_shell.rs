@@ -80,7 +80,7 @@ impl SphereConeShell {
         let data =
             AirData::met(&self.p.atmosphere, t, &u.body, &(self.p.air_rate + u.gust_rate), &u.gust);
         let by_angle = (self.p.half_angle - data.alpha_total()) / self.p.half_angle;
-        // In a vacuum the Mach number is meaningless.
+        // The Mach number is meaningless in a vacuum.
         let fast = if data.density > 0.0 { data.mach - 1.0 } else { by_angle };
         (data, by_angle.min(fast))
     }
@@ -148,7 +148,7 @@ impl Model for SphereConeShell {
         Edge::at(self.air(clock.t, u).1, d)
     }
     fn handle_event(&self, x: &Heat) -> (Heat, TableExit) {
-        // The flow leaves or enters the range, so it has been outside.
+        // The flow leaves or enters the range, so it has been outside at least once.
         (*x, TableExit { outside: true })
     }
     fn runtime_warning(

@@ -192,7 +192,7 @@ mod tests {
             body.rotation *= Quat::from_scaled_axis(w * h);
             body.angular = body.rotation * w;
         }
-        // λ = 4 k: (1 + λ t/2) e^(−λ t/2), t = 4 s.
+        // With λ = 4 k, the error decays as (1 + λ t/2) e^(−λ t/2); here t = 4 s.
         let x = 0.5 * 1.2 * 4.0_f64;
         let left = want - at(&m, body, want).measured;
         assert!((left / (0.1 * (1.0 + x) * (-x).exp()) - 1.0).abs() < 2e-3, "{left}");
@@ -206,7 +206,7 @@ mod tests {
         let m = BankControl::build(BankControlParams { torque_max: 50.0, ..params() }).unwrap();
         let y = at(&m, capsule(0.0), 2.0);
         assert!(y.torque.amax() == 50.0 && (y.error - 2.0).abs() < 1e-12, "{}", y.torque);
-        // The lift is zero while the nose is along the velocity, so only the rates are damped.
+        // The lift is zero while the nose is along the velocity, so only the rates are controlled.
         let mut body = capsule(0.0);
         body.rotation = Quat::rotation_between(&Vec3::x(), &body.velocity).unwrap();
         assert_eq!(at(&m, body, 1.0).torque, Vec3::zeros());

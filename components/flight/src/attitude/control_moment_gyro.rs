@@ -140,7 +140,8 @@ mod tests {
 
     #[test]
     fn the_load_is_what_the_momentum_loses() {
-        // The torque is −dh/dt in inertial axes, by finite differences on a rotating body.
+        // Compare the torque with −dh/dt in inertial axes, by finite differences on a rotating
+        // body.
         let m = gyro(None);
         let (omega, rate) = (Vec3::new(0.02, -0.05, 0.03), 0.6);
         let at = |t: f64| {
@@ -152,12 +153,13 @@ mod tests {
         let h = 1e-5;
         let slope = (at(h).momentum - at(-h).momentum) / (2.0 * h);
         assert!((at(0.0).load.moment + slope).norm() < 1e-8, "{slope}");
-        // Torque amplification: a large output torque for a small gimbal motor torque.
+        // The device amplifies torque: its output torque is large for a small torque of the gimbal
+        // motor.
         assert!(at(0.0).load.moment.norm() > 15.0 && at(0.0).motor.abs() < 2.0);
         let u = GyroIn { gimbal: NodeState::identity(), supply: SUPPLY, rate: 7.0 };
         let x = m.derivatives(&u);
         assert_eq!(x.angle, 1.0);
-        // The gimbal does not move without a supply.
+        // Without a supply the gimbal does not move.
         let u = GyroIn { supply: Voltage { voltage: 0.0 }, ..u };
         let x = m.derivatives(&u);
         assert_eq!(x.angle, 0.0);

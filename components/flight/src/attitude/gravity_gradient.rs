@@ -74,7 +74,7 @@ impl Model for GravityGradient {
     fn build(p: GravityGradientParams) -> Result<Self, BuildError> {
         let inertia = p.written();
         if let Some(inertia) = inertia {
-            // The mass does not matter, because the inertia is about the centre of mass.
+            // Use any mass, because the inertia is about the centre of mass.
             MassProperties::new(1.0, Vec3::zeros(), inertia).validate().map_err(|e| {
                 BuildError::new(format!("this inertia is not physically possible: {e}"))
                     .help("correct it, or leave it out to use the body's own inertia")
@@ -182,11 +182,12 @@ mod tests {
             Vec3::new(-0.0005239084965177083, -0.0004907625748529336, -0.00022052184617788614);
         assert!((y.torque - golden).norm() < 1e-17, "{}", y.torque);
         assert!((rotation * golden - y.load.moment).norm() < 1e-17 && y.load.force.norm() == 0.0);
-        // Two masses m/2 at ±√(k/m) along each principal axis of ∫ x xᵀ dm, whose values are k.
+        // Represent the body by two masses m/2 at ±√(k/m) along each principal axis of ∫ x xᵀ dm,
+        // whose eigenvalues are k.
         let p = params();
         let inertia = p.written().unwrap();
         let spread = (Mat3::identity() * (0.5 * inertia.trace()) - inertia).symmetric_eigen();
-        // Arms of some kilometres, so that the difference is above round-off.
+        // Use arms of some kilometres, so that the difference is above round-off.
         let (mut moment, mass) = (Vec3::zeros(), 1e-4);
         for k in 0..3 {
             let axis = spread.eigenvectors.column(k) * (spread.eigenvalues[k] / mass).sqrt();

@@ -307,7 +307,7 @@ mod tests {
     fn the_field_turns_with_the_planet() {
         let start = Quat::from_scaled_axis(Vec3::z() * 0.3);
         let m = MagneticField::build(earth(turning(start, 1e-4), None)).unwrap();
-        // Reference value from an independent computation, planet-fixed axes.
+        // The reference value is from an independent computation, in planet-fixed axes.
         let r = Vec3::new(6.9e6, 1.0e6, 2.0e6);
         let want =
             Vec3::new(-1.6128006771743223e-05, -5.633075575567971e-06, 1.4968916584129132e-05);
@@ -322,7 +322,7 @@ mod tests {
     #[test]
     fn from_a_site_it_is_the_field_of_inertial_axes() {
         let (site, _) = fast_site();
-        // Axes in which the planet rotates about z.
+        // In these axes the planet rotates about z.
         let start = Quat::from_scaled_axis(Vec3::z() * 0.3);
         let about_z = Site { start, ..site };
         let body = NodeState {
@@ -404,7 +404,7 @@ mod tests {
             assert!(e.param.as_deref() == Some(name) && e.help.is_some(), "{name}: {}", e.message);
             assert!(e.message.contains(word), "{word}: {}", e.message);
         }
-        // At the poles of a dipole the field is twice its coefficient, at the radius of its source.
+        // At the poles of a dipole, at its reference radius, the field is twice its coefficient.
         let m = MagneticField::build(other_dipole(Some(2e7), of("moon", date))).unwrap();
         let position = DIPOLE.normalize() * 2e7;
         let body = NodeState { position, ..NodeState::identity() };
@@ -428,7 +428,7 @@ mod tests {
         assert_eq!(y.given, Vec3::new(4.0, -10.0, 1.0));
         let want = (rotation * y.given).cross(&field);
         assert!((y.load.moment - want).norm() < 1e-20 && y.load.moment.dot(&field).abs() < 1e-20);
-        // 5 W at the limit of an axis, by the square below it.
+        // The coil of an axis takes 5 W at its limit, and less with the square of the dipole.
         let heat = 5.0 * (0.16 + 1.0 + 0.01);
         assert!(
             (y.case.heat - heat).abs() < 1e-12 && (y.supply.current * 28.0 - heat).abs() < 1e-12

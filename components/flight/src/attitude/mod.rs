@@ -40,7 +40,7 @@ pub(crate) mod tests {
     fn the_turning_is_that_of_inertial_axes() {
         let (site, world) = fast_site();
         let h = 1e-4;
-        // The rotation rate of the axes of W relative to inertial axes, by differences.
+        // Compute the rotation rate of the axes of W relative to inertial axes by differences.
         let turned = site.to_inertial(-h).inverse() * site.to_inertial(h);
         let rate = turned.scaled_axis() / (2.0 * h);
         assert!((rate - turning(Some(&world))).norm() < 1e-9, "{rate}");

@@ -295,7 +295,7 @@ mod tests {
 
     #[test]
     fn imbalance_grows_with_the_square_of_the_speed() {
-        // 2.8e-6 kg m and 7.7e-7 kg m² at 600 rad/s.
+        // The imbalances are 2.8e-6 kg m and 7.7e-7 kg m², and the speed is 600 rad/s.
         let m = ReactionWheel::build(params()).unwrap();
         let y = at(&m, &Spin { angle: 0.7, ..m.init_x() }, 0.0, Vec3::zeros());
         assert!((y.load.force.norm() - 1.008).abs() < 1e-12);
@@ -322,7 +322,7 @@ mod tests {
         let fast = Spin { momentum: 0.0796 * 630.0, angle: 0.0 };
         assert_eq!(at(&m, &fast, 0.1, Vec3::zeros()).net_torque, 0.0, "it holds its speed");
         assert!(at(&m, &fast, 0.001, Vec3::zeros()).net_torque < 0.0, "friction brakes it");
-        // Hysteresis between the two speeds.
+        // The limit has a hysteresis between the two speeds.
         let u = |w: f64| {
             let x = Spin { momentum: 0.0796 * w, angle: 0.0 };
             (x, WheelIn { wheel: NodeState::identity(), supply: SUPPLY, torque: 0.1 })
@@ -334,7 +334,7 @@ mod tests {
         assert_eq!([mode(627.9, 0.0), mode(627.9, 1.0), mode(627.0, 1.0)], [0.0, 1.0, 0.0]);
         assert_eq!([mode(628.0, 0.0), mode(-629.0, 0.0)], [1.0, -1.0]);
         assert!(at(&m, &fast, -0.1, Vec3::zeros()).net_torque < -0.1);
-        // Rotation of the body about the axis changes the relative speed.
+        // A rotation of the body about the axis changes the relative speed.
         let y = at(&m, &m.init_x(), 0.0, Vec3::z() * 5.0);
         assert!((y.speed - 595.0).abs() < 1e-10);
     }
@@ -358,7 +358,7 @@ mod tests {
         let y = at(&m, &m.init_x(), 0.1, Vec3::zeros());
         assert!((y.power - (60.0 + 0.4 + 3.0)).abs() < 1e-12, "{y:?}");
         assert!(at(&m, &m.init_x(), -0.1, Vec3::zeros()).power < -50.0);
-        // Friction alone brakes the wheel without a supply.
+        // Without a supply, friction alone brakes the wheel.
         let supply = Voltage { voltage: 0.0 };
         let u = WheelIn { wheel: NodeState::identity(), supply, torque: 0.1 };
         let y = m.feedthrough(&m.init_x(), &AtLimit { limit: 0.0 }, &u);

@@ -175,10 +175,11 @@ mod tests {
         let y = command(NodeState::identity(), -Vec3::z());
         assert!((y.error - std::f64::consts::PI).abs() < 1e-15);
         assert!(y.gimbal_x.hypot(y.gimbal_y) > 0.09, "it begins to turn: {y:?}");
-        // To rotate towards x, the nozzle behind the centre of mass pushes the other way.
+        // The nozzle is behind the centre of mass, so it pushes in the opposite direction to rotate
+        // the body towards x.
         let y = command(NodeState::identity(), Vec3::new(1.0, 0.0, 0.0));
         assert_eq!((y.gimbal_x, y.gimbal_y), (0.0, -0.1));
-        // Rotation about z is not controlled.
+        // The rotation about z is not controlled.
         let spin = NodeState { angular: Vec3::z() * 0.3, ..NodeState::identity() };
         assert_eq!(command(spin, Vec3::z()).gimbal_y, 0.0);
     }

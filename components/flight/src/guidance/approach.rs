@@ -27,7 +27,7 @@ struct RelativeState {
 /// Returns `None` if the chief has no orbital motion, because its axes are then undefined.
 fn seen(site: Option<&Site>, u: &StationIn) -> Option<RelativeState> {
     let (position, velocity, R, n) = relative(site, &u.chief, &u.deputy)?;
-    // n² = μ/r³, with r = 1.
+    // The units are such that r = 1, so n² = μ/r³ = μ.
     let field = ClohessyWiltshire::new(n * n, 1.0).ok()?;
     Some(RelativeState { position, velocity, R, field })
 }
@@ -323,7 +323,7 @@ mod tests {
         let (r, _) =
             fly((start, Vec3::new(0.15, -0.5, -0.1)), arrival, 0.5, &mut |t, chief, deputy| {
                 let u = StationIn { chief: *chief, deputy: *deputy };
-                // Evaluated once per two steps of four stages.
+                // The command is computed once per two steps of four stages.
                 if calls % 8 == 0 {
                     let c = Clock::at(t, 1.0, 0);
                     let y = m.feedthrough(&c, &u);
@@ -334,7 +334,8 @@ mod tests {
                 calls += 1;
                 held / m.p.mass
             });
-        // Reference values from a Python implementation of law and flight: miss 1.0 mm, 1.1573 m/s. With the first impulse alone the miss is 1.07 m.
+        // Reference values are from a Python implementation of the law and the flight: a miss of 1.0 mm and 1.1573 m/s.
+        // With the first impulse alone the miss is 1.07 m.
         println!("{} m off, {} m/s", (r - place).norm(), d.dv);
         assert!((r - place).norm() < 5e-3 && (d.dv - 1.1573).abs() < 1e-3, "{r} {}", d.dv);
     }
@@ -383,7 +384,7 @@ mod tests {
         let m = glideslope(place, f64::INFINITY);
         let way = Vec3::new(6.0, -150.0, 20.0);
         let start = place + way;
-        // The initial velocity is the commanded one.
+        // The initial velocity is the commanded velocity.
         let v = -way.normalize() * (0.05 + 0.01 * way.norm());
         let mut worst = 0.0_f64;
         let (r, v) = fly((start, v), 240.0, 0.5, &mut |t, chief, deputy| {
@@ -406,7 +407,7 @@ mod tests {
         let (m, u) = (glideslope(Vec3::zeros(), 0.8), StationIn { chief, deputy });
         let d = m.mode(&u);
         let y = m.feedthrough(&d, &u);
-        // The slope would be 0.05 + 0.01 · 500 m/s.
+        // Without the limit, the speed would be 0.05 + 0.01 · 500 m/s.
         assert!((m.guards(&u).over - 4.25).abs() < 1e-8);
         assert!(y.wanted == 0.8 && (y.distance - 500.0).abs() < 1e-6 && y.closing.abs() < 1e-6);
     }

@@ -57,7 +57,8 @@ pub fn linear_tangent(
     let mut steering = None;
     for _ in 0..50 {
         let [b0, b1, c0, c1] = integrals(exhaust, tau, t);
-        // Weight less what the motion along carries, mean of now and then.
+        // Use the mean of the present and the final gravity, reduced by the centrifugal
+        // acceleration of the horizontal velocity.
         let weight = |p: &Plane| mu / (p.radius * p.radius) - p.along * p.along / p.radius;
         let g = 0.5 * (weight(now) + weight(end).max(0.0));
         let dv = end.up - now.up + g * t;
@@ -69,7 +70,8 @@ pub fn linear_tangent(
         let a = (dv * c1 - b1 * dz) / determinant;
         let b = (b0 * dz - c0 * dv) / determinant;
         steering = Some(Steering { a, b, to_go: t });
-        // cos θ lowers what goes along: its mean over the burn, Simpson.
+        // The pitch θ reduces the horizontal acceleration by cos θ. Compute the mean of cos θ over
+        // the burn by Simpson's rule.
         let cos = |s: f64| (1.0 - (a + b * s).clamp(-0.99, 0.99).powi(2)).sqrt();
         let mean = (cos(0.0) + 4.0 * cos(0.5 * t) + cos(t)) / 6.0;
         let missing = (end.along - now.along) / mean;
@@ -207,13 +209,14 @@ impl Model for LinearTangent {
         let up = r.normalize();
         let across = v - up * v.dot(&up);
         let to_go = s.burnout - clock.t;
-        // A vehicle that does not move along has no plane yet: straight up.
+        // A vehicle without horizontal velocity does not have an orbital plane yet, so it thrusts
+        // straight up.
         let (sine, along) = if across.norm() > 1e-9 {
             ((s.a + s.b * (clock.t - s.since)).clamp(-1.0, 1.0), across.normalize())
         } else {
             (1.0, Vec3::zeros())
         };
-        // Until there has been a solution there is nothing to steer by, and afterwards nothing to do.
+        // Command no force before the first solution and after burnout.
         let over = s.burnout <= 0.0 || to_go <= 0.0;
         let direction = up * sine + along * (1.0 - sine * sine).max(0.0).sqrt();
         let force = if over { Vec3::zeros() } else { direction * self.p.thrust };
@@ -307,7 +310,8 @@ mod tests {
                 break;
             }
             let step = h.min(y.to_go);
-            // The force turns slowly: held over the step; gravity by its mean.
+            // The force rotates slowly, so keep it constant within the step, and use a mean of
+            // gravity.
             let a = |r: &Vec3| r * (-MU / r.norm().powi(3)) + y.force / mass;
             let half = r + v * (0.5 * step) + a(&r) * (0.125 * step * step);
             let mean = a(&half);
@@ -328,7 +332,8 @@ mod tests {
     fn what_cannot_be_reached_is_told() {
         let now = Plane { radius: 6.5e6, up: 0.0, along: 1000.0 };
         let end = Plane { radius: 6.6e6, up: 0.0, along: 7800.0 };
-        // 100 m/s of exhaust gives no 6800 m/s before the last second of the propellant.
+        // With an exhaust velocity of 100 m/s, 6800 m/s cannot be gained before the last second of
+        // the propellant.
         let s = linear_tangent(&now, &end, (10.0, 100.0), MU, 5.0);
         assert!(s.is_none_or(|s| s.to_go > 0.999 * 10.0), "{s:?}");
         assert_eq!(linear_tangent(&end, &now, (10.0, 3000.0), MU, 5.0), None, "braking");

@@ -68,7 +68,8 @@ impl Model for PitchProgram {
     fn build(p: PitchParams) -> Result<Self, BuildError> {
         let east = match p.world.as_ref().map_or(Axes::Any, |w| w.axes()) {
             Axes::Any => Vec3::x(),
-            // East does not depend on the heading of the site. At a pole it is x of the planet, as in the other guidance laws.
+            // East does not depend on the heading of the site. At a pole, use the x axis of the planet, as in the other
+            // guidance laws.
             Axes::Site(s) | Axes::Level(s) => {
                 let axis = s.from_planet_axes(&Vec3::z());
                 let east = axis.cross(&Vec3::z());

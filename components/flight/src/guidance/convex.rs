@@ -177,7 +177,7 @@ pub fn plan(d: &Descent, time: f64, nodes: usize) -> Result<Vec<Node>, NoPlan> {
     unit[s] = push;
     let z_from = d.mass.ln();
     let mut rows = Rows { triplets: Default::default(), values: vec![], b: vec![], unit, z_from };
-    // Equalities: ends, and what lies between nodes.
+    // The equalities are the states at both ends and the motion between nodes.
     for i in 0..3 {
         for (k, [place, rate]) in [(0, d.start), (nodes, d.end)] {
             let from = rows.b.len();
@@ -217,13 +217,13 @@ pub fn plan(d: &Descent, time: f64, nodes: usize) -> Result<Vec<Node>, NoPlan> {
         rows.row(&[(at(k + 1, z), 1.0), (at(k, z), -1.0), (at(k, s), h), (at(k + 1, s), h)], 0.0);
     }
     let mut cones = vec![SupportedConeT::ZeroConeT(rows.b.len())];
-    // Inequalities.
+    // The following rows are inequalities.
     let before = rows.b.len();
     let least = |k: usize| (d.mass - alpha * high * dt * k as f64).max(0.5 * d.dry).ln();
     for k in 0..=nodes {
         let z0 = least(k);
         let scale = high * (-z0).exp();
-        // s ≤ μ₂ (1 + z₀ − z)
+        // Upper limit of thrust: s ≤ μ₂ (1 + z₀ − z)
         let from = rows.b.len();
         rows.row(&[(at(k, s), 1.0), (at(k, z), scale)], scale * (1.0 + z0));
         rows.over(from, push);
@@ -239,20 +239,21 @@ pub fn plan(d: &Descent, time: f64, nodes: usize) -> Result<Vec<Node>, NoPlan> {
     rows.row(&[(at(nodes, z), -1.0)], -d.dry.ln());
     cones.push(SupportedConeT::NonnegativeConeT(rows.b.len() - before));
     for k in 0..=nodes {
-        // ‖u‖ ≤ s
+        // Norm of thrust: ‖u‖ ≤ s
         let from = rows.b.len();
         rows.row(&[(at(k, s), -1.0)], 0.0);
         (0..3).for_each(|i| rows.row(&[(at(k, u + i), -1.0)], 0.0));
         rows.over(from, push);
         cones.push(SupportedConeT::SecondOrderConeT(4));
-        // δ² ≤ y = 2 (s/μ₁ − 1 + δ):  ‖(2δ, y − 1)‖ ≤ y + 1
+        // Lower limit of thrust: δ² ≤ y = 2 (s/μ₁ − 1 + δ), as the cone ‖(2δ, y − 1)‖ ≤ y + 1
         let z0 = least(k);
         let by_s = 2.0 * z0.exp() / low;
         rows.row(&[(at(k, s), -by_s), (at(k, z), -2.0)], -1.0 - 2.0 * z0);
         rows.row(&[(at(k, z), -2.0)], -2.0 * z0);
         rows.row(&[(at(k, s), -by_s), (at(k, z), -2.0)], -3.0 - 2.0 * z0);
         cones.push(SupportedConeT::SecondOrderConeT(3));
-        // Glide slope, of 0 the ground itself; both ends are given.
+        // Glide slope constraint; an angle of 0 means the ground itself. Both ends are given, so
+        // leave them out.
         if k > 0 && k < nodes {
             let slope = d.glide.tan();
             let goal = d.end[0];
@@ -327,11 +328,11 @@ pub fn best_plan(
     }
     let fuel = |time: f64| match plan(d, time, nodes) {
         Ok(p) => Ok(d.mass - p[nodes].mass),
-        // Too short a time is worse than any.
+        // A time that is too short counts as worse than any other.
         Err(NoPlan::Infeasible { .. } | NoPlan::Solver { .. }) => Ok(f64::INFINITY),
         Err(e) => Err(e),
     };
-    // The first time that can be flown brackets the section.
+    // Find the best time on a grid; it brackets the minimum for the golden-section search.
     let steps = 24;
     let mut best = (f64::INFINITY, low);
     for k in 0..=steps {
@@ -390,7 +391,7 @@ mod tests {
         let p = plan(&d, 74.0, 200).unwrap();
         let burnt = |d: &Descent, n: usize| d.mass - plan(d, 74.0, n).unwrap()[n].mass;
         let (coarse, fine) = (d.mass - p[200].mass, burnt(&d, 400));
-        // The error goes with the square of the interval.
+        // The error is proportional to the square of the interval, so extrapolate.
         let limit = fine + (fine - coarse) / 3.0;
         println!("{coarse} kg, {fine} kg, {limit} kg");
         assert!((limit - 390.4417).abs() < 5e-4 && (coarse - limit).abs() < 5e-3, "{limit}");
@@ -410,14 +411,14 @@ mod tests {
         let most = d.throttle.map(|t| t * d.thrust * d.cant.cos());
         for n in &p {
             let thrust = n.thrust.norm() * n.mass;
-            // The limits are expanded about z₀: conservative by the third order.
+            // The limits are expanded about z₀, which is conservative with an error of third order.
             assert!(thrust < most[1] * 1.0001 && thrust > most[0] * 0.99, "{n:?}");
             assert!(n.gap.abs() < 1e-7, "{n:?}");
             let flat = n.position.x.hypot(n.position.y);
             assert!(n.position.z >= flat * d.glide.tan() - 0.1, "{n:?}");
         }
         assert!(p[60].position.norm() < 1e-6 && p[60].velocity.norm() < 1e-6);
-        // It moves as its thrust says, node by node.
+        // The motion must agree with the thrust from node to node.
         for w in p.windows(2) {
             let (a, b, h) = (&w[0], &w[1], w[1].time - w[0].time);
             let v = a.velocity + (a.thrust + b.thrust) * (0.5 * h) + d.gravity * h;

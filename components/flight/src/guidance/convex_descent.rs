@@ -335,7 +335,7 @@ mod tests {
     fn it_flies_its_plan_and_takes_the_propellant_that_it_says() {
         let (r, v, used, y) = flown(params(), START, 1.0);
         assert!(y.planned && y.off < 1e-3, "{y:?}");
-        // Measured errors: 2 cm, 0.3 m/s (due to half a second of held force), 0.2 %.
+        // Measured errors: 2 cm, 0.3 m/s (because the force is held for half a second), 0.2 %.
         assert!(r.norm() < 1.0 && (v - Vec3::new(0.0, 0.0, -0.5)).norm() < 0.5, "{r} {v}");
         assert!((used / y.propellant - 1.0).abs() < 0.01, "{used} {}", y.propellant);
         // The feedback compensates engines with 3 % less thrust.
@@ -363,7 +363,7 @@ mod tests {
 
     #[test]
     fn without_a_plan_it_goes_on_by_the_quadratic_law_and_says_so() {
-        // No plan exists for a state below the glide slope.
+        // A state below the glide slope does not have a plan.
         let low = (Vec3::new(1500.0, 0.0, 150.0), Vec3::new(-20.0, 0.0, 2.0));
         let (r, v, _, y) = flown(params(), low, 1.0);
         assert!(!y.planned && y.propellant == 0.0 && (y.to_go - 70.0).abs() < 1e-9, "{y:?}");

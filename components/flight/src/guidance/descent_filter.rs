@@ -366,7 +366,7 @@ impl SizedModel for DescentFilter {
 
     fn ports(p: &DescentFilterParams) -> SizedPorts {
         let count = p.beams.len();
-        // Default without a wire: no radar, hence no echo.
+        // Without a wire, the default is a vehicle without a radar, and hence without echoes.
         let each = |name: &'static str, unit: &'static str, doc: &'static str| {
             let beams = PortSpec::named(name, PortKind::Numbers, count);
             beams.unit_of(unit).doc_of(doc).or(0.0)

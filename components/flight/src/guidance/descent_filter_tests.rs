@@ -144,7 +144,7 @@ fn fly_over(
             rate: Flown::rate(flown.t) + spin + gyro + three(row, 50) * (p.gyro_white / h.sqrt()),
             force: Flown::force(flown.t) + accel + three(row, 53) * (p.accel_white / h.sqrt()),
         };
-        // The beams are computed from the truth, with the filter's model and without errors.
+        // Compute the beams from the true state, with the filter's model and without errors.
         let truth = Navigated {
             position: mount.position,
             velocity: mount.velocity,
@@ -190,7 +190,7 @@ fn without_errors_it_goes_with_the_lander_on_a_planet_that_turns() {
     let (off, _) = fly(&exact(), 1, 0.0, false, 600);
     let part = |k: usize| off.fixed_rows::<3>(k).norm();
     println!("after 30 s: {} m, {} m/s, {} rad", part(0), part(3), part(6));
-    // Rate and force of instants have a trapezoid under them.
+    // The remaining error is from the trapezoidal rule over instantaneous rates and forces.
     assert!(part(0) < 0.02 && part(3) < 2e-3 && part(6) < 1e-5, "{off}");
 }
 
@@ -238,7 +238,8 @@ fn errors_are_as_large_as_it_says() {
         "velocity {:.2}, attitude {:.2}, force {:.2} of 3; height {:.2} of 1",
         sums[0], sums[1], sums[2], sums[3]
     );
-    // Of 60 runs the mean of χ² with 3 degrees has a deviation of 0.32, of one with 1 degree 0.18.
+    // For 60 runs, the mean of χ² with 3 degrees of freedom has a standard deviation of 0.32, and
+    // with 1 degree of freedom 0.18.
     assert!(sums[..3].iter().all(|s| (2.0..4.0).contains(s)), "{sums:?}");
     assert!((0.45..1.6).contains(&sums[3]), "{sums:?}");
 }

@@ -86,7 +86,7 @@ impl Vehicle {
         let mut x = start;
         while x[1] > end {
             x = self.step(&x, u, h);
-            // NaN ends it as well.
+            // The negated comparison also ends the integration for NaN.
             if !(x[3] >= 0.0) || path.len() as f64 * h > 2000.0 {
                 return None;
             }
@@ -104,7 +104,8 @@ impl Vehicle {
             by_lift: k[2],
         };
         let rows: Vec<ReferenceRow> = path.iter().zip(&gains).map(row).collect();
-        // High up speed rises before it falls. Rows are found by speed, so those before the greatest are left out.
+        // At high altitude the speed increases before it decreases. Rows are found by speed, so leave out those
+        // before the maximum.
         let fastest = (0..rows.len()).max_by(|a, b| rows[*a].speed.total_cmp(&rows[*b].speed))?;
         Some(rows[fastest..].to_vec())
     }
@@ -115,7 +116,7 @@ impl Vehicle {
 ///
 /// The range counts until the height of the end is reached: λ_h = −cot γ_f there.
 pub fn adjoint(vehicle: &Vehicle, path: &[[f64; 4]], u: f64, h: f64) -> Vec<[f64; 3]> {
-    // −(∂f/∂x)ᵀ λ by central differences of the slope.
+    // Compute −(∂f/∂x)ᵀ λ by central differences of the derivatives.
     let rate = |x: &[f64; 4], l: &[f64; 4]| -> [f64; 4] {
         let scale = [1.0, x[1].abs(), 1.0, vehicle.scale_height];
         std::array::from_fn(|j| {
@@ -178,7 +179,7 @@ pub fn lift(
     (range, drag, rise): (f64, f64, f64),
 ) -> f64 {
     let predicted = row.range + row.by_drag * (drag - row.drag) + row.by_rise * (rise - row.rise);
-    // Near the end little can be done with lift.
+    // Near the end, lift has little effect on the range, so limit the divisor.
     let authority = row.by_lift.max(1.0);
     lift_ref + gain * (range - predicted) / authority
 }
@@ -228,7 +229,8 @@ mod tests {
         let (v, u) = (vehicle(), 0.5);
         let rows = v.reference(START, u, 450.0, 0.05).unwrap();
         let height = end_height(u);
-        // The start is a point of the reference, disturbed in height (drag), path angle (rise) and lift.
+        // Start from a point of the reference, with errors in drag (by height), vertical speed (by path
+        // angle) and lift.
         let k = 1200;
         let mut x = START;
         for _ in 0..k {

@@ -171,7 +171,7 @@ pub fn to_target(
     let range = radius * up.cross(&goal).norm().atan2(up.dot(&goal));
     let rise = v.dot(&up);
     let (track, way) = (v - up * rise, goal - up * goal.dot(&up));
-    // To the right is −up × track.
+    // The direction to the right is −up × track.
     let error = (-track.cross(&way).dot(&up)).atan2(track.dot(&way));
     (range, error, v.norm(), rise)
 }
@@ -386,7 +386,7 @@ mod tests {
             lift_to_drag: 0.24,
         };
         let rows = vehicle.reference([0.0, 5845.0, -0.26, 80_000.0], 0.5, 450.0, 0.25).unwrap();
-        // Target at the range of the reference plus `far`, with a crossrange offset.
+        // The target is at the range of the reference plus `far`, with a crossrange offset.
         let mut x = [0.0, 5845.0, -0.26, 80_000.0];
         while x[1] < rows[0].speed - 1e-9 {
             x = vehicle.step(&x, 0.5, 0.25);
@@ -437,7 +437,8 @@ mod tests {
             assert!(along.abs() < 6000.0 && across.abs() < 2500.0 && reversals >= 1.0);
             shortest = shortest.max(short);
         }
-        // The command is full lift up or down if the target is too far or too near to be reached, and `short` reports it.
+        // If the target is too far or too near to be reached, the command is full lift up or down, and `short` reports
+        // it.
         for (far, down) in [(200e3, 1.0), (-200e3, -1.0)] {
             let (along, _, d) = miss(1.0, (far, 0.0), true);
             println!(
@@ -466,7 +467,7 @@ mod tests {
                 }
             }
             assert!((bank - wanted).abs() < 1e-12 && rate.abs() < 1e-12, "{bank} of {wanted}");
-            // Least time with continuous control.
+            // Compare with the least time that continuous control would take.
             let size = wanted.abs();
             let least = if size < rate_max * rate_max / most {
                 2.0 * (size / most).sqrt()
@@ -496,7 +497,7 @@ mod tests {
         };
         let (range, error, _, _) = to_target(&body, &m.target, (0.0, 3_396_190.0, 0.0));
         assert!((range - 5000.0).abs() < 0.01, "{range}");
-        // Headings from north over east to south-east.
+        // The heading is north, and the target with its offset is in the south-east.
         assert!((error - (std::f64::consts::FRAC_PI_2 + (4.0f64 / 3.0).atan())).abs() < 1e-6);
     }
 
@@ -523,7 +524,7 @@ mod tests {
         };
         let m = EntryGuidance::build(p).unwrap();
         assert!(m.rows.windows(2).all(|w| w[0].speed > w[1].speed), "speeds do not fall");
-        // A state of the reference itself, at 5868 m/s.
+        // Use a state of the reference itself, at 5868 m/s.
         let row = m.rows[40];
         let u = lift(&at_speed(&m.rows, row.speed), 0.5, 5.0, (row.range, row.drag, row.rise));
         assert!((u - 0.5).abs() < 1e-9, "{u}");

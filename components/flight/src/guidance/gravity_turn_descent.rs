@@ -100,7 +100,7 @@ pub fn force_over_weight(speed: f64, down: f64, height: f64, gravity: f64) -> f6
     if !(speed > 0.0) {
         return 1.0;
     }
-    // tan²(ψ/2).
+    // The square is tan²(ψ/2).
     let square = ((1.0 - down) / (1.0 + down).max(1e-12)).max(0.0);
     let fourth = square * square;
     let a = gravity * height * (1.0 + square).powi(2) / (speed * speed);
@@ -184,7 +184,7 @@ mod tests {
         let rate = |[v, a, _]: [f64; 3]| [g * (a.cos() - n), -g * a.sin() / v, v * a.cos()];
         let (mut s, end) = ([speed, psi, 0.0], 1e-5 * speed);
         while s[0] > end {
-            // Shorter steps towards the end, where the angle changes fast.
+            // Use shorter steps towards the end, where the angle changes fast.
             let h = 2e-4 * s[0] / g;
             let step = |k: [f64; 3], w: f64| std::array::from_fn(|i| s[i] + w * h * k[i]);
             let k1 = rate(s);
@@ -239,7 +239,8 @@ mod tests {
         println!("ignition at {lit:?} m, {} samples, {} kg", held.len(), mass);
         assert!((v + Vec3::z()).norm() < 0.01, "{v}");
         let first = held[0].0;
-        // The deceleration is not exactly constant for sampled commands, so N may differ near the end, where it changes fast.
+        // Commands are sampled, so the deceleration is not exactly constant, and N may differ near the end, where it
+        // changes fast.
         assert!(held.iter().filter(|h| h.1 > 20.0).all(|h| (h.0 / first - 1.0).abs() < 0.02));
         assert!(lit.unwrap() < 8900.0 && held.len() > 200);
     }

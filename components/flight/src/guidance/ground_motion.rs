@@ -180,9 +180,9 @@ mod tests {
         assert!((y.velocity - Vec3::new(0.0, 30.0, 40.0)).norm() < 1e-11);
         assert!((y.speed - 50.0).abs() < 1e-11 && (y.rise - 40.0).abs() < 1e-11);
         assert!((y.path_angle.tan() - 4.0 / 3.0).abs() < 1e-12);
-        // East is the direction of the planet's rotation.
+        // The planet's rotation moves the ground to the east.
         assert!((east_north_up(&position).transpose() * with_ground).x > 100.0);
-        // W as a site that rotates with the planet gives the same outputs.
+        // With W as a site that rotates with the planet, the outputs are the same.
         let R = Quat::from_euler_angles(0.3, -0.8, 1.1);
         let pose = linkwork_spatial::Pose::new(R, site.normalize() * radius);
         let here = Site { pose, rate, start: Quat::identity() };

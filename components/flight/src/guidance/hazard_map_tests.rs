@@ -52,7 +52,8 @@ fn a_disc_tells_slope_and_roughness_of_closed_forms() {
     let d = m.disc(&Clock::at(0.0, 0.1, 0), (20.0, -7.0), (3, 5)).unwrap();
     assert!((d.slope - 0.1_f64.atan()).abs() < 1e-12 && d.roughness < 1e-12, "{d:?}");
     assert!((d.height - (3.0 + 0.06 * 23.0 + 0.08 * 2.0)).abs() < 1e-12);
-    // 49 nodes lie within 4 of the middle; one that is 0.5 higher, in the middle, lifts the plane by 0.5/49.
+    // 49 nodes are within 4 m of the centre. The central node is 0.5 m higher, which lifts the plane by
+    // 0.5/49.
     let m = HazardMap::build(params(|x, y| if x == 0.0 && y == 0.0 { 0.5 } else { 0.0 }));
     let m = m.map_err(|e| e.message).unwrap();
     let d = m.disc(&Clock::at(0.0, 0.1, 0), (0.0, 0.0), (0, 0)).unwrap();
@@ -69,7 +70,8 @@ fn it_goes_no_further_than_it_must() {
     let f = found(params(boulder), lander(10.3, -4.8));
     let off = (f.place.x - 10.0).hypot(f.place.y + 5.0);
     assert!(f.found && f.roughness < 1e-12, "{f:?}");
-    // A node of the boulder, 1.4 from its middle, and a disc that ends at 4: 5.1 to 6.
+    // A node of the boulder is up to 1.4 m from its centre, and the disc has a radius of 4 m, so
+    // the place is 5.1 to 6 m away.
     assert!((5.0..6.5).contains(&off), "{off}");
     // The map moves with the lander's velocity and `lead`.
     let p = HazardMapParams { lead: 2.0, ..params(boulder) };
@@ -83,7 +85,7 @@ fn it_goes_no_further_than_it_must() {
 fn it_finds_the_shelf_and_tells_when_there_is_none() {
     let hill = |shelf: f64| {
         move |x: f64, y: f64| {
-            // Steeper to the north; level within 9 m of (20, -10).
+            // The ground gets steeper to the north. It is level within 9 m of (20, -10).
             let side = (x - 20.0).hypot(y + 10.0);
             if side < shelf { 0.0 } else { (0.3 + 1e-3 * y) * x }
         }

@@ -422,7 +422,8 @@ mod tests {
             speed(low, transfer) - speed(low, low) + speed(high, high) - speed(high, transfer);
         let half = std::f64::consts::PI * (transfer.powi(3) / MU).sqrt();
         println!("{spent} m/s for {impulses}, {t} s for {}", 600.0 + half);
-        // 50 m/s² for 48 s; the faster spacecraft would climb, but is kept horizontal.
+        // An acceleration of 50 m/s² for 48 s is nearly an impulse. The faster spacecraft would
+        // climb, but is kept horizontal.
         assert!((0.0..6e-3).contains(&(spent / impulses - 1.0)));
         assert!((t - 600.0 - half).abs() < 120.0);
         assert!((r.norm() / high - 1.0).abs() < 2e-3, "{}", r.norm());
@@ -506,7 +507,8 @@ mod tests {
 
     #[test]
     fn times_to_places_are_keplers() {
-        // e = 0.3, at a true anomaly of 1 rad, inclined by 0.6 with the periapsis 0.5 after the node.
+        // The orbit has e = 0.3, a true anomaly of 1 rad, an inclination of 0.6, and its periapsis
+        // 0.5 after the node.
         let (a, e, f, w) = (9e6, 0.3, 1.0_f64, 0.5_f64);
         let p = a * (1.0 - e * e);
         let turn =

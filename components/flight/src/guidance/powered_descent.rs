@@ -34,11 +34,11 @@ pub fn linear(r: &Vec3, v: &Vec3, target: &Target, to_go: f64) -> Vec3 {
 /// Returns the coefficients c₀, c₁, c₂ of a(t) = c₀ + c₁ t + c₂ t² of the quadratic law.
 pub fn quadratic_coefficients(r: &Vec3, v: &Vec3, target: &Target, to_go: f64) -> [Vec3; 3] {
     let c0 = quadratic(r, v, target, to_go);
-    // The velocity change gives one equation, the final acceleration the other.
+    // The velocity change gives one equation, and the final acceleration the other.
     let dv = target.velocity - v - c0 * to_go;
     let da = target.acceleration - c0;
     let t = to_go;
-    // c₁ t²/2 + c₂ t³/3 = dv,  c₁ t + c₂ t² = da
+    // The equations are c₁ t²/2 + c₂ t³/3 = dv and c₁ t + c₂ t² = da.
     let c2 = (da * (0.5 * t) - dv) * (6.0 / (t * t * t));
     let c1 = da / t - c2 * t;
     [c0, c1, c2]
@@ -262,7 +262,7 @@ mod tests {
 
     #[test]
     fn a_gravity_turn_ends_upright_with_its_speed() {
-        // ψ decreases as V^(1/(n − 1)): 0.8 · 0.01^0.7 at a hundredth of the speed.
+        // ψ decreases as V^(1/(n − 1)), so it is 0.8 · 0.01^0.7 at a hundredth of the speed.
         let (mut v, mut psi, h) = (500.0, 0.8, 1e-3);
         while v > 5.0 {
             let (dv, dpsi) = gravity_turn(v, psi, 9.0, 3.71);
@@ -270,7 +270,8 @@ mod tests {
             psi += h * dpsi;
         }
         assert!(psi > 0.0 && psi < 0.04, "{psi}");
-        // Closed form: V = V₀ (tan ψ/2 / tan ψ₀/2)^(n−1) (1 + tan²)/(1 + tan₀²), n = T/(m g).
+        // The closed form is V = V₀ (tan ψ/2 / tan ψ₀/2)^(n−1) (1 + tan²)/(1 + tan₀²) with n = T/(m
+        // g).
         let n = 9.0 / 3.71;
         let (mut v, mut psi) = (500.0, 0.8);
         for _ in 0..20_000 {

@@ -225,7 +225,7 @@ pub(super) mod tests {
     fn with_force_it_comes_to_its_place_and_stays() {
         let place = Vec3::new(10.0, -30.0, 5.0);
         let (r, v) = kept(place, 2500.0, 10.0);
-        // The law uses the linear field; the second-order error is some millimetres.
+        // The law uses the linear field, so there is a second-order error of some millimetres.
         assert!((r - place).norm() < 1e-2 && v.norm() < 1e-5, "{r} {v}");
     }
 }

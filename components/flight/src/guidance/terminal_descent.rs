@@ -176,7 +176,8 @@ impl Model for TerminalDescent {
         let (to_go, omega) = (d.arrival - clock.t, Vec3::z() * self.frame.rate);
         let (r, v) = (body.position, body.velocity);
         let level = self.frame.is_level();
-        // Vertical at the target now and at the end of the approach, and the origin of its height.
+        // Vertical directions at the target, now and at the end of the approach, and the origin of
+        // the height.
         let [vertical, up] = match level {
             true => [self.frame.up(clock.t, &u.body.position); 2],
             false => [self.turned(clock.t) * d.place, self.turned(d.arrival) * d.place],
@@ -297,7 +298,7 @@ mod tests {
             assert!((y.force / 1000.0 + pull - want).norm() < 2e-6, "{} {want}", y.force / 1000.0);
             assert!((y.off - 120.0).abs() < 1e-2, "{}", y.off);
             let d = m.update(&c, &d, &u);
-            // The first target is kept; later inputs have no effect.
+            // The target of the first sample is kept; later inputs have no effect.
             let later = TerminalDescentIn { place: Vec3::zeros(), aimed: false, ..u };
             assert_eq!(m.feedthrough(&c, &d, &later).force, y.force);
             assert!((d.ground - from(place).norm()).abs() < 1e-6);
@@ -329,7 +330,7 @@ mod tests {
         let body = NodeState { position: r, velocity: v, ..NodeState::identity() };
         let local = east_north_up(&r).transpose() * over(&body, rate).velocity;
         assert!((local - Vec3::z() * -0.75).norm() < 2e-3, "{local}");
-        // Height 20 m at 40 s, then 20 s at 0.75 m/s.
+        // The height is 20 m at 40 s, and then it decreases for 20 s at 0.75 m/s.
         assert!((r.norm() - 3.39e6 - 5.0).abs() < 0.3, "{}", r.norm() - 3.39e6);
         let back = Quat::from_scaled_axis(Vec3::z() * (rate * t)).inverse() * r;
         let moved = east_north_up(&start).transpose() * (back - start);

@@ -161,7 +161,7 @@ impl TerrainFix {
         }
         let count = n.max(1) as f64;
         let mean = sum / count;
-        // Points off the map are left out; the cost of the others is scaled to the full number.
+        // Leave out points outside of the map, and scale the cost of the others to the full number.
         let share = all as f64 / count;
         let cost = (squares - mean * sum).max(0.0) * share / (self.p.sigma * self.p.sigma);
         (cost, mean + first, n)
@@ -239,7 +239,7 @@ impl TerrainFix {
             let (matrix, right, ..) = self.normal(seen, s);
             let Some(inverse) = matrix.try_inverse() else { break };
             let mut d = -(inverse * right);
-            // The step is halved until the cost decreases, because the terrain is not linear.
+            // Halve the step until the cost decreases, because the terrain is not linear.
             let mut better = false;
             for _ in 0..STEPS {
                 let next = [s[0] + d.x, s[1] + d.y];
@@ -279,7 +279,7 @@ impl TerrainFix {
         let s = self.refine(&seen, found.best.map(|k| f64::from(k) * self.p.step));
         let (cost, up, n) = self.cost(&seen, s);
         out.misfit = cost / (n as f64 - 3.0);
-        // Compared with the cost of the best node before refinement, because the rival is not refined either.
+        // Compare with the cost of the best node before refinement, because the rival is not refined either.
         out.rival = (found.rival - found.cost).clamp(0.0, 1e12).sqrt();
         let (matrix, _, slope, count) = self.normal(&seen, s);
         let covariance = matrix.try_inverse().filter(|c| c[(0, 0)] > 0.0 && c[(1, 1)] > 0.0);

@@ -28,12 +28,12 @@ impl Field {
             }
             Shape::Even => 0.03 * x - 0.01 * y,
             Shape::Furrows => 1.5 * (0.5 * x).sin(),
-            // Periodic with 12 m along x and y.
+            // These heights have a period of 12 m along x and y.
             Shape::Tiles => {
                 let k = std::f64::consts::TAU / 12.0;
                 1.5 * (k * x).sin() * (k * y).cos() + 0.5 * (2.0 * k * y).sin()
             }
-            // Periodic with 12 m along x, constant along y.
+            // These heights have a period of 12 m along x and are constant along y.
             Shape::Rows => {
                 let k = std::f64::consts::TAU / 12.0;
                 (k * x).sin() * (1.5 + (0.19 * y).cos()) + 0.9 * (0.33 * y + 0.4).sin()
@@ -144,7 +144,8 @@ fn errors_with_noise_are_those_that_it_tells() {
         let e = y.position - truth.position;
         squares += e.component_div(&y.deviation).map(|x| x * x) / runs as f64;
     }
-    // The RMS of 60 standard normal numbers is between 0.7 and 1.3 at three standard deviations.
+    // The RMS of 60 standard normal numbers is between 0.7 and 1.3 within three standard
+    // deviations.
     for k in 0..3 {
         assert!((0.6..1.3).contains(&squares[k].sqrt()), "{k}: {}", squares[k].sqrt());
     }
@@ -172,7 +173,7 @@ fn what_may_be_a_false_match_is_told() {
     let y = at(&fix(Shape::Rows, 0.1), Shape::Rows, small);
     assert!(y.misfit < 1.0, "{}", y.misfit);
     told(y, 3.0);
-    // The ground differs from the map.
+    // Here the ground differs from the map.
     told(at(&fix(Shape::Hills, 0.1), Shape::Tiles, small), 4.0);
     // The true shift is outside the search, so the match must be rejected, for any reason.
     for error in

@@ -159,10 +159,11 @@ mod tests {
         let there = at(&m, NodeState { rotation: told.target, ..body() }, force);
         assert!((there.target * there.thrust - force).norm() < 1e-9 * force.norm());
         assert!(there.off < 1e-9 && !there.limited);
-        // x is as close to `forward` as z permits.
+        // The x axis is as close to `forward` as z permits.
         let (x, y) = (told.target * Vec3::x(), told.target * Vec3::y());
         assert!(y.dot(&Vec3::new(1.0, 2.0, 0.5)).abs() < 1e-12 && x.dot(&Vec3::y()) > 0.0);
-        // Rotated away by an angle, the thrust is reduced by its cosine; beyond 90° it is zero.
+        // If the body is rotated away by an angle, the thrust is reduced by its cosine; beyond 90°
+        // it is zero.
         let turned = |angle: f64| {
             let rotation = told.target * Quat::from_scaled_axis(Vec3::x() * angle);
             at(&m, NodeState { rotation, ..body() }, force)

@@ -319,9 +319,10 @@ mod tests {
         });
         println!("{times:?} {speeds:?}, off the vertical {across} m");
         assert_eq!(passed, 3.0);
-        // It passed the second waypoint at the commanded speed, and stopped at the others.
+        // The vehicle passed the second waypoint at the commanded speed, and stopped at the others.
         assert!((speeds[1] - 0.1).abs() < 2e-3 && speeds[0] < 0.02 && speeds[2] < 0.02);
-        // 40 m at 0.3 m/s, except for braking from 0.3 to 0.1 m/s at 5 mm/s² (40 s instead of 8/0.3 s) and the start.
+        // The leg takes 40 m at 0.3 m/s, except for braking from 0.3 to 0.1 m/s at 5 mm/s² (40 s instead of 8/0.3 s)
+        // and the start.
         let legs = times[1] - times[0];
         assert!((legs - (40.0 / 0.3 + 40.0 - 8.0 / 0.3 + 5.0)).abs() < 3.0, "{legs}");
         assert!(across < 0.6, "{across}");

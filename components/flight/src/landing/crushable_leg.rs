@@ -335,7 +335,7 @@ mod tests {
             m.feedthrough(&x, &foot(z, Vec3::zeros())).force
         };
         assert_eq!(at(0.0, 0.1), 0.0);
-        // First the strut is below the force of the first stage, then it reaches it.
+        // Initially the force is below the crushing force of the first stage, and the strut is elastic.
         assert!((at(0.0, -1e-5) - 1000.0).abs() < 1e-9);
         assert_eq!(m.stage(0.04), Some(2000.0));
         assert_eq!((m.stage(0.06), m.stage(0.26)), (Some(6000.0), None));
@@ -355,7 +355,7 @@ mod tests {
             let y = m.feedthrough(&x, &u);
             (y.load.force, m.derivatives(&x, &u).aside)
         };
-        // The foot sticks up to 500 N, a deflection of 5 µm, at a normal force of 1000 N.
+        // At a normal force of 1000 N, the foot sticks up to 500 N, which is a deflection of 5 µm.
         let to = Vec3::new(0.6, 0.8, 0.0);
         let (force, rate) = at(&m, to * 4e-6, to * 0.3, -1e-5);
         assert!((force - Vec3::new(-240.0, -320.0, 1000.0)).norm() < 1e-9 && rate == to * 0.3);
@@ -434,7 +434,7 @@ mod tests {
             last
         };
         let force = press(-0.02, &mut x, -speed);
-        // Creep force: 50 N s/m at 0.05 m/s.
+        // The creep force is 50 N s/m at 0.05 m/s.
         assert!((force - bearing(x.sinkage) - 2.5).abs() < 0.5, "{force} {}", bearing(x.sinkage));
         assert!(x.crushed == 0.0 && (x.sinkage - 0.02 + force / 1e7).abs() < 1e-6);
         let force = press(-0.1, &mut x, -speed);
@@ -444,7 +444,7 @@ mod tests {
         assert!((x.crushed + x.sinkage + force / 1e7 - 0.1).abs() < 1e-6 && x.crushed > 0.0);
         let before = (x.crushed, x.sinkage);
         assert_eq!(press(-0.09, &mut x, speed), 0.0);
-        // The elastic energy in the strut causes further yielding while it relaxes.
+        // While the strut relaxes, its elastic energy causes further yielding.
         assert!((x.crushed - before.0).abs() < 1e-6 && x.sinkage == before.1);
         let p = LegParams { terrain: None, ..m.p.clone() };
         assert_eq!(CrushableLeg::build(p).err().unwrap().param.as_deref(), Some("pad"));
@@ -479,7 +479,7 @@ mod tests {
         (m.p.stiffness, m.p.creep) = (1e7, 1.0);
         let (mut z, mut v, mut x) = (0.0, -2.4, whole());
         let h = 5e-8;
-        // ċ adjusts within d_c/k = 1e-7 s: small steps, and only as long as it sinks.
+        // ċ adjusts within d_c/k = 1e-7 s, so use small steps, and only while the leg sinks.
         let mut t = 0.0;
         while v < 0.0 && t < 1.0 {
             let u = foot(z, Vec3::z() * v);

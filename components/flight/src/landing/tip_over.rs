@@ -65,7 +65,7 @@ mod tests {
         assert!((v - 4.874285120020599).abs() < 1e-13, "{v}");
         assert!((l.tipping_slope().to_degrees() - 55.4914770123316).abs() < 1e-12);
         assert!(l.margin(v - 1e-6, 0.0, 3.71) > 0.0 && l.margin(v + 1e-6, 0.0, 3.71) < 0.0);
-        // Coming down as well presses the trailing feet on.
+        // Vertical speed presses the trailing feet onto the ground, so the lander tips less easily.
         assert!(l.tipping_speed(1.0, 3.71) > v);
         assert!(l.margin(0.5, 3.0, 3.71) == l.margin(0.0, 0.0, 3.71));
     }

@@ -172,7 +172,7 @@ mod tests {
         let m = bridle(7.0);
         let (x, taut) = (Paid { length: 3.0 }, Pulling { taut: true, out: false });
         let y = m.feedthrough(&x, &taut, &ends(3.02, 1.5));
-        // The brake pays out 1.2 of the 1.5 m/s.
+        // The brake pays out at 1.2 m/s of the 1.5 m/s.
         assert!((y.tension - (4e4 * 0.02 + 300.0 * 0.3)).abs() < 1e-9, "{}", y.tension);
         assert_eq!(y.on_a.force, -y.on_b.force);
         assert!(y.on_a.force.z < 0.0 && y.on_b.force.z > 0.0);

@@ -299,7 +299,8 @@ impl Model for Canopy {
             let next = self.next_stage(d).unwrap_or(f64::INFINITY).min(end);
             if next.is_finite() { clock.t - next } else { -1.0 }
         };
-        // After all reports the air is not evaluated again; a setting that stops the run stops it after earlier reports, too.
+        // Do not evaluate the air if all reports were already made. A setting that stops the run must stop it after
+        // earlier reports, too.
         let silent = d.outside && self.p.outside != Outside::Stop;
         let told = silent || (d.stage < 0.5 && self.p.packed == 0.0);
         let inside = if told { 1.0 } else { self.inside(self.mach(clock.t, u), d) };
@@ -317,7 +318,7 @@ impl Model for Canopy {
         if !fired.rose(SINCE) {
             return ((), *d);
         }
-        // The event is at its instant to 1 ps: either side of it.
+        // The event is located within 1 ps of its instant, before or after it.
         let begins = d.stage < 0.5 || self.next_stage(d).is_some_and(|t| clock.t > t - 1e-9);
         if !begins {
             return ((), Filling { full: true, ..*d });
@@ -325,7 +326,7 @@ impl Model for Canopy {
         let air = gusty(&p.atmosphere, clock.t, &u.canopy.position, &u.gust);
         let speed = (u.canopy.velocity - air.wind).norm();
         let takes = p.filling_time.unwrap_or_else(|| {
-            // At rest the canopy would never fill, so the speed is at least 1 m/s.
+            // A canopy at rest would never fill, so use a speed of at least 1 m/s.
             let porosity = p.porosity.unwrap_or_default();
             filling_time(porosity, p.diameter, speed.max(1.0)).max(1e-6)
         });
@@ -501,7 +502,7 @@ mod tests {
         }
         let d = until(&m, 9.0, &u);
         assert!(d.full && d.stage == 2.0, "a command that stays opens nothing again");
-        // Greene: 0.65 λ D₀/V.
+        // Greene's formula for the filling time is 0.65 λ D₀/V.
         let mut p = params(0.01);
         p.filling_time = None;
         let d = until(&Canopy::build(p).unwrap(), 2.0, &input(0.0, Vec3::new(3.0, 200.0, 0.0)));
@@ -550,7 +551,7 @@ mod tests {
         assert!(e.message.contains("below zero") && e.param.as_deref() == Some("efficiency"));
         p.efficiency = vec![[0.005, 1.0], [0.02, 0.8]];
         let m = Canopy::build(p.clone()).unwrap();
-        // Sound goes at 1e4 m/s: Mach 0.01 and 0.03.
+        // The speed of sound is 1e4 m/s, so the Mach numbers are 0.01 and 0.03.
         let (mut slow, mut fast) =
             (input(0.0, Vec3::new(3.0, 100.0, 0.0)), input(0.0, Vec3::new(3.0, 300.0, 0.0)));
         (slow.deploy, fast.deploy) = (1.0, 1.0);
@@ -559,7 +560,8 @@ mod tests {
             let which = if which == INSIDE { Fired::falling(which) } else { Fired::rising(which) };
             m.runtime_warning(&at(t), which, d, u)
         };
-        // The command that opens the canopy causes no warning, the next one does; a packed canopy has no drag.
+        // The command that opens the canopy does not cause a warning, and the next one does. A packed canopy
+        // has no drag.
         assert!(open.stage == 1.0 && tells(&m, open.opened, COMMAND, &open, &slow).is_none());
         let told = tells(&m, 5.0, COMMAND, &open, &slow).unwrap();
         assert!(
@@ -584,7 +586,8 @@ mod tests {
         );
         let gone = m.handle_event(&at(5.0), Fired::falling(INSIDE), &open, &fast).1;
         assert!(gone.outside && inside(&gone, &fast) == 1.0 && gone.stage == 1.0);
-        // The drag continues with the last row, also in a trial step beyond it; the setting decides if the run stops.
+        // The drag continues with the last row, also in a trial step beyond it. The setting determines if the run
+        // stops.
         let drag = |m: &Canopy| m.feedthrough(&at(5.0), &open, &fast).load.force;
         assert!(
             (drag(&m).norm()

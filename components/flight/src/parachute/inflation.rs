@@ -100,7 +100,7 @@ pub fn wrist_modes(tension: f64, length: f64, mass: f64, inertia: f64, arm: f64)
     let sum = tension * arm / inertia * (1.0 + arm / length) + tension / (mass * length);
     let product = tension * tension * arm / (inertia * mass * length);
     let root = (sum * sum - 4.0 * product).max(0.0).sqrt();
-    // The smaller one by the product: no cancellation.
+    // Compute the lower frequency from the product, to avoid cancellation.
     let high = 0.5 * (sum + root);
     [(product / high).sqrt(), high.sqrt()]
 }
@@ -111,7 +111,8 @@ mod tests {
 
     #[test]
     fn shocks_are_those_of_the_closed_form_and_of_an_integration() {
-        // C_D S of MSL's parachute: C_D = 0.65, S is the area of a disk of 21.35 m diameter. Golden numbers computed elsewhere, and integrated there.
+        // C_D S of MSL's parachute: C_D = 0.65, and S is the area of a disk of 21.35 m diameter. The golden numbers
+        // were computed and integrated by another program.
         for (m, cds, rho, v, tf, n, a, tau, peak, end, infinite, factor) in [
             (
                 2920.0,
@@ -169,13 +170,14 @@ mod tests {
                 (f.peak(), tau),
                 (f.force_at(f.peak()), peak),
                 (f.speed_at(1.0), end),
-                // A mass so great that it does not slow down; the shock factor X₁ is of its force.
+                // The mass is so large that it does not slow down. The shock factor X₁ is relative
+                // to the force on this mass.
                 (FiniteMass { mass: 1e30, ..f }.force_at(1.0), infinite),
                 (f.force_at(f.peak()) / FiniteMass { mass: 1e30, ..f }.force_at(1.0), factor),
             ] {
                 assert!((found / want - 1.0).abs() < 1e-13, "{found} {want}");
             }
-            // Newton's law, in steps.
+            // Integrate Newton's law in small steps.
             let (mut speed, steps) = (v, 20_000);
             let slope = |tau: f64, s: f64| -0.5 * rho * s * s * cds * tau.powf(n) / m * tf;
             for k in 0..steps {
@@ -206,7 +208,7 @@ mod tests {
 
     #[test]
     fn wrist_modes_solve_the_two_equations() {
-        // m ÿ = −T (y + aθ)/l, I θ̈ = −T a θ − T a (y + aθ)/l.
+        // The equations are m ÿ = −T (y + aθ)/l and I θ̈ = −T a θ − T a (y + aθ)/l.
         let (t, l, m, i, a) = (10_500.0, 50.0, 2850.0, 4600.0, 1.6);
         for omega in wrist_modes(t, l, m, i, a) {
             let w2 = omega * omega;

@@ -207,7 +207,8 @@ mod tests {
             let y = at(&m, angle, 0.5);
             assert!((y.torque - slope).abs() < 1e-4 * slope.abs(), "{angle}: {} {slope}", y.torque);
             assert_eq!(y.on_a.moment + y.on_b.moment, Vec3::zeros());
-            // The canopy is ahead: it takes the payload along.
+            // The canopy is rotated ahead of the payload, so the torque rotates the payload in the
+            // same direction.
             assert!(y.torque * angle > 0.0);
             assert!((y.on_a.moment - Vec3::new(2.0, -1.0, 2.0) / 3.0 * y.torque).norm() < 1e-9);
         }
@@ -216,10 +217,11 @@ mod tests {
 
     #[test]
     fn damping_takes_energy_and_small_twists_swing_at_their_frequency() {
-        // Power of both torques: on a at rest, on b at the rate.
+        // The power is zero on a, which is at rest, and the torque times the rate on b.
         let y = at(&lines(30.0), 0.0, 0.4);
         assert!((y.on_b.moment.dot(&ends(0.4).b.angular) + 30.0 * 0.16).abs() < 1e-12);
-        // k = T r_a r_b/h: a payload of inertia I swings with √(k/I) when the canopy stands.
+        // The stiffness is k = T r_a r_b/h: if the canopy does not rotate, a payload of inertia I
+        // oscillates with √(k/I).
         let m = lines(0.0);
         let k = at(&m, 1e-6, 0.0).torque / 1e-6;
         let wanted = 9000.0 * 0.8 * 6.0 / f64::sqrt(400.0 - 5.2 * 5.2);

@@ -188,7 +188,7 @@ impl Riser {
             let at = s.centre + flat * (s.radius / off);
             (off > 0.0).then_some(Joint { at, legs: [s.legs[0], s.legs[1], 0], taut: 2 })
         };
-        // At the closest point one, two or three legs are taut: choose the closest candidate that all legs reach.
+        // At the closest point one, two or three legs are taut. Choose the closest candidate that all legs reach.
         let mut best: Option<(f64, Joint)> = None;
         let mut take = |j: Joint| {
             let apart = (c - j.at).norm_squared();

@@ -113,12 +113,12 @@ fn three_legs_make_a_point_over_the_body_and_share_its_load() {
     assert!((y.extension - (13.0 - 0.4 - high - 10.0)).abs() < 1e-12, "{}", y.extension);
     assert!((y.leg_tension / y.tension - 2.0 / high / 3.0).abs() < 1e-12);
     assert!(y.on_body.moment.norm() < 1e-9 * y.tension && y.angle < 1e-12);
-    // The three legs act like a line to that point while all of them are taut.
+    // While all three legs are taut, they act like a line to that point.
     let u = ends(Vec3::new(1.0, -0.7, 13.0));
     let (y, body) = (at(&m, &u), &u.body);
     let line = u.canopy.position - body.position - body.rotation * Vec3::z() * (0.4 + high);
     assert!((y.extension - (line.norm() - 10.0)).abs() < 1e-12 && y.legs == 3.0);
-    // One leg of no length to speak of is a line to where it is fixed.
+    // A single leg of negligible length acts like a line to its end.
     let end = Vec3::new(0.3, -0.2, 0.9);
     let one = riser(vec![Leg { at: end, length: 1e-6 }], 0.0);
     let y = at(&one, &u);
@@ -140,7 +140,8 @@ fn the_joint_is_the_nearest_point_and_never_jumps() {
             assert!((j.at - b).norm() < 0.035, "{k}");
         }
         before = Some(j.at);
-        // K is convex: every point of it lies behind the plane through the nearest, across the way to the canopy.
+        // K is convex, so every point of it lies behind the plane through the nearest point that is perpendicular
+        // to the direction of the canopy.
         for s in 0..40 {
             let b = f64::from(s);
             let other = Vec3::new((3.1 * b).sin(), (1.7 * b).cos(), 0.4 + 1.6 * (0.9 * b).sin());
@@ -165,7 +166,7 @@ fn it_never_pushes_and_what_makes_no_sense_is_refused() {
         (y.tension, y.legs, y.on_body, y.on_canopy.force.norm()),
         (0.0, 0.0, Wrench::zero(), 0.0)
     );
-    // A canopy among the legs.
+    // The canopy is between the legs.
     let y = at(&m, &ends(Vec3::z() * 0.5));
     assert!(y.extension == -10.0 && y.tension == 0.0 && y.rate == 0.0);
     let guards = |z: f64| m.guards(&ends(Vec3::z() * z));

@@ -87,7 +87,7 @@ impl Model for BlowDown {
     }
     fn feedthrough(&self, d: &Filled, u: &BlowDownIn) -> BlowDownOut {
         let p = &self.p;
-        // A step may look behind the end of the gas.
+        // A trial step may continue past the end of the gas.
         let (gas, least) = (p.ullage + (d.volume - u.volume), LEAST * p.ullage);
         let gas = if gas < least { least } else { gas };
         let ratio = (p.ullage / gas).powf(p.exponent);
@@ -125,7 +125,7 @@ mod tests {
         assert_eq!((at(0.15).pressure, at(0.15).throttle), (2e6, 1.0));
         let full = |volume: f64| m.guards(&d, &BlowDownIn { volume }).full;
         assert!(full(0.1999) < 0.0 && full(0.2) > 0.0);
-        // Also where the tank is filled again.
+        // The law also holds if the tank is filled again.
         for left in [0.12, 0.06, 0.0, 0.17] {
             let y = at(left);
             let volume: f64 = 0.05 + 0.15 - left;

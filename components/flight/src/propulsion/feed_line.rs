@@ -125,7 +125,8 @@ impl FeedLine {
         let difference = u.pressure_a - u.pressure_b + head;
         let k = p.area * 2f64.sqrt() * u.open.clamp(0.0, 1.0);
         let size = difference.abs();
-        // |Δp|/√smooth: meets the root where |Δp| = smooth.
+        // For small |Δp|, replace the root by |Δp|/√smooth, which is equal to the root at |Δp| =
+        // smooth.
         let root = if size < p.smooth { size / p.smooth.sqrt() } else { size.sqrt() };
         let flow = k * p.density.sqrt() * root * difference.signum();
         let source = if flow > 0.0 { u.tank_a.available } else { u.tank_b.available };
@@ -169,7 +170,7 @@ impl Model for FeedLine {
         let way = u.b.position + at_b - u.a.position - at_a;
         let rising = u.b.rotation * Vec3::z() * dx.level_b - u.a.rotation * Vec3::z() * dx.level_a;
         let parting = v_b - v_a;
-        // The mass itself leaves and arrives at the levels of the moment.
+        // The mass that flows has the velocities of the surfaces at the present levels.
         let carried = surface(&u.b, u.level_b).1 - surface(&u.a, u.level_a).1;
         let force = -way * dx.moving - (parting + rising) * x.moving - carried * flow;
         let half = force * 0.5;
@@ -224,7 +225,7 @@ mod tests {
         let y = line.feedthrough(&x, u);
         assert!(y.tank_a.flow == -y.tank_b.flow && y.tank_a.flow == moving);
         assert_eq!(line.derivatives(&x, u).moving, 0.0);
-        // A tank that runs dry ends it at once.
+        // The flow ends at once if the tank runs dry.
         let dry = FeedLineIn {
             tank_a: Propellant { available: moving < 0.0 },
             tank_b: Propellant { available: moving > 0.0 },
@@ -240,7 +241,7 @@ mod tests {
         let wanted = 1e-4 * 800.0 * f64::sqrt(2.0 * 5.0 * 0.6);
         assert!((flow(&m, &input(1.0, 0.4)) / wanted - 1.0).abs() < 1e-14);
         assert!((flow(&m, &input(0.4, 1.0)) / wanted + 1.0).abs() < 1e-14);
-        // Pressure does what the height of its column does.
+        // A pressure has the same effect as the height of its column.
         let u = FeedLineIn { pressure_a: 800.0 * 5.0 * 0.6, ..input(0.4, 0.4) };
         assert!((flow(&m, &u) / wanted - 1.0).abs() < 1e-14);
         // The flow is continuous where the root is replaced by a straight line.
@@ -279,7 +280,7 @@ mod tests {
             flow(&m, &FeedLineIn { tank_b: Propellant { available: false }, ..input(0.0, 1.0) }),
             0.0
         );
-        // A tank that is dry can be filled.
+        // A dry tank can be filled.
         assert!(
             flow(&m, &FeedLineIn { tank_b: Propellant { available: false }, ..input(1.0, 0.0) })
                 > 0.0

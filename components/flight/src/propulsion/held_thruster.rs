@@ -130,7 +130,8 @@ mod tests {
             pressure: 1e3,
         };
         assert_eq!(m.feedthrough(&over).force, 22.0);
-        // On 5 cm² 1 kPa takes 0.5 N while the valve is open, and nothing from one that is closed.
+        // On 5 cm², 1 kPa reduces the force by 0.5 N while the valve is open, and has no effect
+        // while it is closed.
         let half = held(5e-4).feedthrough(&ThrusterIn { command: 0.5, ..over });
         assert!(
             (half.force - 10.75).abs() < 1e-12

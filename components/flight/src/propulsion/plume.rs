@@ -175,15 +175,15 @@ mod tests {
         assert!((y.pressure - head_on / 0.3).abs() < 1e-9);
         let y = met(&plume(one(Vec3::z(), ahead), 8.0, 0.0), input());
         assert!((y.force - 2.0 * head_on).abs() < 1e-9, "mirrored");
-        // At 30° the flux falls with cosⁿ, and the panel is hit aslant.
+        // At 30°, the flux decreases as cosⁿ, and the panel is hit obliquely.
         let (s, c) = (PI / 6.0).sin_cos();
         let y = met(&plume(one(Vec3::z(), Vec3::new(4.0 * s, 0.0, -4.0 * c)), 8.0, 1.0), input());
         assert!((y.force - head_on * c.powi(9)).abs() < 1e-9);
-        // Its back, and what lies behind the nozzle, feel nothing.
+        // The back of the panel and panels behind the nozzle get no force.
         for (normal, centre) in [(-Vec3::z(), ahead), (-Vec3::z(), -ahead)] {
             assert_eq!(met(&plume(one(normal, centre), 8.0, 1.0), input()).force, 0.0);
         }
-        // Nearer than `near` the flux grows no further.
+        // At distances below `near`, the flux does not increase further.
         let near = met(&plume(one(Vec3::z(), Vec3::z() * -1e-6), 8.0, 1.0), input());
         let at = met(&plume(one(Vec3::z(), Vec3::z() * -0.05), 8.0, 1.0), input());
         assert!((near.force - at.force).abs() < 1e-9);

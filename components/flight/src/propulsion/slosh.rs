@@ -89,13 +89,14 @@ mod tests {
 
     #[test]
     fn shallow_and_deep_liquids_have_their_limits() {
-        // Deep: ω² = k a/R, and m₁ is the mass of a layer; shallow: m₁/m → 2/(k² − 1) = 0.837.
+        // For a deep liquid, ω² = k a/R, and m₁ is the mass of a layer. For a shallow one, m₁/m →
+        // 2/(k² − 1) = 0.837.
         let deep = Slosh { radius: 1.0, height: 20.0, mass: 1.0 };
         assert!((deep.frequency(9.81).powi(2) - K * 9.81).abs() < 1e-12);
         assert!((deep.swinging() - 2.0 / (K * 20.0 * (K * K - 1.0))).abs() < 1e-12);
         let shallow = Slosh { height: 1e-4, ..deep };
         assert!((shallow.swinging() - 2.0 / (K * K - 1.0)).abs() < 1e-6);
-        // No more than there is.
+        // The slosh mass cannot exceed the mass of the liquid.
         assert!(shallow.swinging() < 1.0);
     }
 
@@ -103,7 +104,7 @@ mod tests {
     /// over its force is h₁ + L, L for the weight of the mass that has gone aside.
     #[test]
     fn the_height_of_the_mass_is_that_of_the_pressure() {
-        // J₁ by its series.
+        // Evaluate J₁ by its series.
         let bessel = |x: f64| {
             let (mut term, mut sum) = (0.5 * x, 0.0);
             for n in 1..30 {
@@ -118,7 +119,7 @@ mod tests {
             let middle = |k: i32, length: f64| (f64::from(k) + 0.5) * length / f64::from(n);
             let (mut force, mut moment) = (0.0, 0.0);
             for k in 0..n {
-                // Over the angle, both go with π.
+                // The integrals of force and moment over the angle both give a factor π.
                 let (z, dz) = (middle(k, height), height / f64::from(n));
                 let wall = bessel(K) * (K * z / s.radius).cosh() * s.radius * dz;
                 force += wall;

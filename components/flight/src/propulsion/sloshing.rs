@@ -290,7 +290,7 @@ mod tests {
         for propellant in [20.0, 120.0, 600.0] {
             let h = mode(propellant).height;
             let k = 1.841_183_781_340_659;
-            // The mass that never drains swings, too.
+            // The mass that never drains swings, too, and lowers the frequency.
             let m = mode(propellant).swinging();
             let omega = (k * 3.0 / RADIUS * (k * h / RADIUS).tanh() * m / (m + REST)).sqrt();
             let mut sim = held(propellant, 0.0, [1e-3, -2e-3]);
@@ -346,7 +346,8 @@ mod tests {
         let R = Matrix3::from_columns(&[x, y, z]);
         let (mut mass, mut first, mut P, mut H) = (HUB, p * HUB, v * HUB, p.cross(&v) * HUB);
         H += R * hub_inertia().component_mul(&(R.transpose() * w));
-        // The remaining propellant: moments of the full propellant minus the moments of the slosh mass.
+        // Moments of the remaining propellant are the moments of the full propellant minus those of the
+        // slosh mass.
         let h0 = (propellant * 0.5 * h - m1 * h1) / m0;
         let across =
             propellant * (RADIUS * RADIUS / 4.0 + h * h / 3.0) - m1 * h1 * h1 - m0 * h0 * h0;

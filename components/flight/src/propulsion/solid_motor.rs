@@ -133,7 +133,7 @@ impl Model for SolidMotor {
         let (vacuum, thrust) = match clock.span.map(|span| span.map(|t| (t - d.lit).max(0.0))) {
             Some([a, b]) if b > a => {
                 let mean = (self.curve.integral(b) - self.curve.integral(a)) / (b - a);
-                // A step ends at the rows of the curve: it is straight from a to b.
+                // Steps end at the rows of the curve, so the curve is straight from a to b.
                 (mean, mean_above(self.curve.at(a) - back, self.curve.at(b) - back))
             }
             _ => {
@@ -158,7 +158,8 @@ impl Model for SolidMotor {
         NextRow { since }
     }
     fn handle_event(&self, clock: &Clock, d: &Burn) -> ((), Burn) {
-        // Lit at `start` but for the round-off of the event; at once where the part comes after it.
+        // The motor is lit at `start` within the round-off of the event, or at once if the part is
+        // added later.
         let at = self.p.start.filter(|start| clock.t - start < 1e-6).unwrap_or(clock.t);
         let lit = if d.rows < 0.5 { at } else { d.lit };
         ((), Burn { rows: d.rows + 1.0, lit })
@@ -209,10 +210,11 @@ mod tests {
         assert!(end.thrust == 0.0 && (end.burnt / total - 1.0).abs() < 1e-14);
         let middle = m.feedthrough(&at(3.0), &Burn { rows: 2.0, lit: 1.0 }, &u(0.0));
         assert!((middle.thrust - (900.0 - 50.0)).abs() < 1e-12);
-        // Where the curve begins the ambient pressure is stronger than the jet.
+        // At the start of the curve, the ambient pressure exceeds the pressure of the jet.
         let begins = m.feedthrough(&at(1.001), &Burn { rows: 1.0, lit: 1.0 }, &u(0.0));
         assert_eq!(begins.thrust, 0.0);
-        // A step of 0.2 s from ignition on: the jet fills the nozzle from 0.025 s on, 50 N; the mean thrust of 200 N less 50 N is another number.
+        // Take a step of 0.2 s from ignition. From 0.025 s on, the thrust exceeds the 50 N of the ambient pressure. The
+        // mean must not be 200 N minus 50 N.
         let begins = Burn { rows: 1.0, lit: 1.0 };
         let span = Clock { span: Some([1.0, 1.2]), ..at(1.0) };
         let mean = m.feedthrough(&span, &begins, &u(0.0));

@@ -156,7 +156,7 @@ impl Thruster {
             false => (0.0, self.p.fall.unwrap_or(self.p.rise)),
         };
         let (length, off) = (t - d.since, d.share - end);
-        // 1 − e^(−length/τ), whole also where the valve has changed just now.
+        // Compute 1 − e^(−length/τ) without cancellation just after the valve has changed.
         let gone = -(-length / tau).exp_m1();
         let given = if d.fed { self.p.thrust * (end * length + off * tau * gone) } else { 0.0 };
         (end + off * (1.0 - gone), d.impulse + given)
@@ -175,7 +175,7 @@ impl Thruster {
                     true => (1.0, self.p.rise),
                     false => (0.0, self.p.fall.unwrap_or(self.p.rise)),
                 };
-                // When the thrust equals `back`.
+                // Time at which the thrust equals `back`.
                 let rest = (back / self.p.thrust - end) / (d.share - end);
                 let at = (d.since - tau * rest.ln()).clamp(a, b);
                 if above { (a, at) } else { (at, b) }
@@ -217,7 +217,7 @@ impl Model for Thruster {
         let back = u.pressure * self.p.exit_area;
         let (vacuum, force) = match clock.span {
             _ if !u.propellant.available => (0.0, 0.0),
-            // Valve and supply change at events only, which end a step.
+            // Within a step, valve and supply do not change, because events end a step.
             Some([a, b]) if b > a => {
                 let vacuum = (self.now(b, d).1 - self.now(a, d).1) / (b - a);
                 (vacuum, if back == 0.0 { vacuum } else { self.mean([a, b], d, back) })
@@ -234,7 +234,8 @@ impl Model for Thruster {
         }
     }
     fn guards(&self, clock: &Clock, d: &Valve, u: &ThrusterIn) -> Switching {
-        // 1e30 s would swallow the digits of t: any negative number does.
+        // Return any negative number before the event, because a difference from 1e30 s would lose
+        // the digits of t.
         let since = |t: f64| if t < NEVER { clock.t - t } else { -1.0 };
         let over = u.command - 0.5;
         Switching {
@@ -263,7 +264,7 @@ impl Model for Thruster {
         if fired.rose(CLOSES) {
             (d.open, d.closes) = (false, NEVER);
         }
-        // A change that would come after the next one in the other direction does not come at all.
+        // Skip a change that would occur after the next change in the other direction.
         let (to_open, to_close) = (d.opens < NEVER, d.closes < NEVER);
         if fired.rose(ON) {
             match () {
@@ -322,7 +323,7 @@ mod tests {
         let fire = |t: f64, which: usize, d: &Valve| m.handle_event(&at(t), one(which), d, &edge).1;
         let d = fire(1.0, 0, &m.init_d());
         assert!(!d.open && (d.opens - 1.01).abs() < 1e-15 && d.closes == NEVER);
-        // A pulse shorter than the dead time is late and whole.
+        // A pulse shorter than the dead time is delayed but complete.
         let d = fire(1.005, 1, &d);
         assert!((d.closes - 1.013).abs() < 1e-15 && !d.open);
         let g = m.guards(&at(1.011), &d, &u(0.0));
@@ -360,7 +361,7 @@ mod tests {
                 let d = if t < 1.0 + w { &opened } else { &closed };
                 let y = m.feedthrough(&at(t), d, &u);
                 (sum, flow) = (sum + y.force * h, flow + y.propellant.flow * h);
-                // ȧ by a difference.
+                // Compare ȧ with a finite difference.
                 if k % 10_000 == 5000 {
                     let a = |t: f64| m.now(t, d).0;
                     let want = if d.open { (1.0 - a(t)) / 0.006 } else { -a(t) / 0.011 };
@@ -373,7 +374,7 @@ mod tests {
             let told = m.outputs(&at(1.3), &closed).impulse;
             assert!((told - sum).abs() < 1e-6 * want, "{told} {sum}");
         }
-        // The supply fails 20 ms after the valve has opened, and comes back.
+        // The supply fails 20 ms after the valve has opened, and returns later.
         let dry = ThrusterIn { propellant: Propellant { available: false }, ..u };
         let d = m.handle_event(&at(1.0), one(2), &m.init_d(), &u).1;
         let before = m.outputs(&at(1.02), &d).impulse;
@@ -409,7 +410,8 @@ mod tests {
             (full.force - 21.5).abs() < 1e-12
                 && (full.propellant.flow * 220.0 * G0 - 22.0).abs() < 1e-9
         );
-        // The mean over a long step equals the mean of many short ones. Within it the jet becomes stronger, or weaker, than the pressure.
+        // The mean over a long step equals the mean of many short ones. Within the step, the jet becomes stronger or
+        // weaker than the ambient pressure.
         for (d, from, to) in [(&opened, 1.0, 1.02), (&closed, 1.02, 1.2)] {
             let (n, mut sum) = (200_000, 0.0);
             for k in 0..n {
@@ -440,7 +442,7 @@ mod tests {
         assert_eq!(d.opens, 0.02);
         let (_, d) = t.handle_event(&at(0.01), one(1), &d, &with(0.0));
         assert!(!d.open && d.opens == NEVER && d.closes == NEVER, "{d:?}");
-        // And the other way round: the valve stays open.
+        // In the reverse case the valve stays open.
         let open = Valve { open: true, pulses: 1.0, ..t.init_d() };
         let t = times(0.005, 0.02);
         let (_, d) = t.handle_event(&at(1.0), one(1), &open, &with(0.0));

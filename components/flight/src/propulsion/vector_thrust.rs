@@ -137,12 +137,12 @@ mod tests {
                 && ground.propellant.flow == vacuum.propellant.flow
         );
         assert!((ground.load.force - command * 0.16).norm() < 1e-9);
-        // The rest of a lagging force after a command of zero does not pull backwards.
+        // After a command of zero, the rest of a lagging force must not pull backwards.
         let weak = at(Vec3::z() * 1e-3, 1e5);
         assert!(
             weak.thrust == 0.0 && weak.load.force == Vec3::zeros() && weak.propellant.flow > 0.0
         );
-        // An engine that is off has no jet that the air could push at.
+        // An engine that is off does not have a jet, so the ambient pressure has no effect.
         assert_eq!(at(Vec3::zeros(), 1e5).load, Wrench::zero());
     }
 

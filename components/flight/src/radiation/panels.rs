@@ -266,7 +266,8 @@ mod tests {
         let arm = Vec3::new(0.2, -0.5, 1.1);
         let back = |v: Vec3| turn.inverse() * v;
         let m = model(vec![panel(4.0, back(normal * 3.0), back(arm))], 0.0, 0.0).unwrap();
-        // The point is on the line to the Sun, and closer to the Sun by its distance from the planet.
+        // The position is on the line to the Sun, and nearer to the Sun than the planet by its
+        // distance from the planet.
         let y = at(&m, Vec3::new(7e6, 0.0, 0.0), turn);
         assert!((y.load.force - golden).norm() < 1e-13 * golden.norm(), "{:?}", y.load.force);
         assert!((y.load.moment - arm.cross(&golden)).norm() < 1e-12 * golden.norm());
@@ -295,7 +296,7 @@ mod tests {
 
     #[test]
     fn the_planet_pushes_up() {
-        // The position is slightly sunward of the terminator, so that the Sun does not light the panel that faces down.
+        // The position is slightly sunward of the terminator, so the Sun does not light the panel that faces down.
         let r = Vec3::new(2e6, 6.7e6, 0.3e6);
         let up = r.normalize();
         let lit = |infrared: f64, albedo: f64| {
@@ -303,12 +304,12 @@ mod tests {
             let black = LitPanel { specular: 0.0, diffuse: 0.0, ..down };
             at(&model(vec![black], albedo, infrared).unwrap(), r, Quat::identity())
         };
-        // Infrared: (R/r)²/4 of the solar radiation pressure, directed upwards.
+        // The infrared pressure is (R/r)²/4 of the solar radiation pressure and acts upwards.
         let y = lit(1.0, 0.0);
         let wanted = 4.56e-6 * 0.25 * (6_378_137.0 / r.norm()).powi(2);
         assert!((y.planet_pressure / wanted - 1.0).abs() < 1e-8, "{}", y.planet_pressure);
         assert!((y.load.force - up * (2.0 * wanted)).norm() < 1e-8 * wanted, "{:?}", y.load.force);
-        // Half of the ground is lit, at a low sun.
+        // Only half of the ground is lit, at a low elevation of the Sun.
         let y = lit(0.0, 0.3);
         assert!(
             y.planet_pressure > 0.02 * 4.56e-6 && y.planet_pressure < 0.1 * 4.56e-6,
@@ -387,7 +388,7 @@ mod tests {
         let (f, m) = (turn.inverse() * y.load.force, turn.inverse() * y.load.moment);
         assert!((f - force).norm() < 1e-13 * force.norm(), "{f} {force}");
         assert!((m - moment).norm() < 1e-13 * moment.norm(), "{m} {moment}");
-        // A listed panel is added to the mesh.
+        // A panel in the list is added to the mesh.
         let wing = || vec![panel(5.0, Vec3::x(), Vec3::y() * 3.0)];
         let both = at(&meshed(wing(), CUBE, specular).unwrap(), Vec3::new(8e6, 0.0, 0.0), turn);
         let wing = at(&model(wing(), 0.0, 0.0).unwrap(), Vec3::new(8e6, 0.0, 0.0), turn);

@@ -120,7 +120,8 @@ impl Model for WheelSoilQuasiStatic {
         let soil = contact.stresses_at(constants, &ahead, &wheel.normal);
         let travel = 0.5 * (wheel.rim + wheel.speed);
         let rolling = (travel.abs() / ROLLING).min(1.0);
-        // Sliding in the direction of travel, at least so large that differences of the law exceed round-off.
+        // Sliding velocities in the direction of travel, with a lower bound so that differences of the law
+        // exceed round-off.
         let [ahead, side] = [forwards * wheel.slides[0], wheel.slides[1]];
         let [a, b] = [ahead, side].map(|u| u.abs().max(LEAST_SLIP * scale));
         let aside = b.copysign(side);
@@ -139,7 +140,8 @@ impl Model for WheelSoilQuasiStatic {
         let is = if ahead < 0.0 { drives } else { brakes };
         let still = forwards * 0.5 * (drives.fx + brakes.fx);
         let resistance = [(0.5 * (drives.fx - brakes.fx) / a).max(0.0), (-is.fy / aside).max(0.0)];
-        // Greatest forces: at full slip along and across, near the sinkage that belongs to it.
+        // Compute the greatest forces, at full slip along and across, with the sinkage at that
+        // slip.
         let most = |u: [f64; 2]| {
             let motion = motion(u, scale, rolling);
             let flat = soil.forces_in(z, &motion, &rut).fz.max(f64::MIN_POSITIVE);
@@ -159,7 +161,8 @@ impl Model for WheelSoilQuasiStatic {
         let (modulus, exponent) = soil.press(&now);
         let [heading, across] = wheel.axes;
         let pushes = heading * (forwards * is.fx) + across * is.fy;
-        // Moment of the stresses about the hub, minus the moment of their resultant at the contact point.
+        // This is the moment of the stresses about the hub, minus the moment of their resultant at the
+        // contact point.
         let arm = wheel.point - wheel.hub.position;
         let moment = heading * (is.mx + arm.dot(&across) * load) - wheel.hub.axle * torque
             + wheel.normal * (forwards * is.mz)
@@ -232,7 +235,7 @@ mod tests {
 
     #[test]
     fn where_it_slides_the_force_is_that_of_steady_rolling() {
-        // Driving and braked, forwards and backwards, with and without a slip angle.
+        // Test driven and braked wheels, forwards and backwards, with and without a slip angle.
         for (s, beta) in [(0.3_f64, 0.0_f64), (0.1, 0.2), (-0.2, -0.1), (0.6, 0.0)] {
             for way in [1.0, -1.0] {
                 let (rim, speed) =
@@ -257,7 +260,8 @@ mod tests {
     #[test]
     fn parked_it_holds_and_pushes_nowhere() {
         let t = slides(0.0, [0.0, 0.0]).traction;
-        // Secant resistance of a wheel at rest: it resists 1 nm/s with the coefficient for a small slip.
+        // The secant resistance of a wheel at rest opposes a speed of 1 nm/s with the coefficient for a
+        // small slip.
         assert!(t.force.norm() < 1e-5, "{t:?}");
         assert!(t.resistance.iter().all(|r| *r > 1e9), "{t:?}");
         assert!(t.sinkage > 0.003, "{t:?}");

@@ -130,7 +130,8 @@ impl Bars {
         let apart = std::f64::consts::TAU / f64::from(self.grousers.count);
         let angle = axle.dot(&self.spoke.cross(d)).atan2(self.spoke.dot(d));
         let off = (angle - (angle / apart).round() * apart).abs();
-        // A ramp over one cell on both sides of the bar, so that the shares of the nodes next to it add up to one.
+        // Use a ramp over one cell on both sides of the bar, so that the shares of the adjacent nodes add up to
+        // one.
         let reach = cell / r;
         let share =
             if 2.0 * reach >= apart { 1.0 } else { (1.0 - off / reach).max(0.0) * apart / reach };
@@ -246,7 +247,8 @@ impl Law {
         if over <= 0.0 {
             return (tau, called);
         }
-        // The plastic part; elastic and plastic parts together have the modulus K where the soil begins to shear.
+        // Compute the plastic part. Elastic and plastic part together have the modulus K at the start of
+        // shearing.
         let slid = over / stiffness;
         let modulus = self.shear * (1.0 - 1.0 / unloading.max(1.0 + 1e-3));
         let called = called + (called - 1.0) * (-slid / modulus).exp_m1();

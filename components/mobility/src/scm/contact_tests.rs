@@ -76,17 +76,19 @@ fn shear_is_janosi_forth_and_elastic_back() {
         go(&law, &mut node, dir * 5e-5, 5000.0);
         let j = 5e-5 * f64::from(k);
         let want = strength * (1.0 - (-j / law.shear).exp());
-        // Off by j e^(−j/K)/(ρ K) at most: 1.8 % of the strength at j = K.
+        // The error is at most j e^(−j/K)/(ρ K), which is 1.8 % of the strength at j = K.
         assert!((stress(&node) - dir * want).norm() < 0.02 * strength, "{node:?} {want}");
     }
-    // Back by what is elastic, K/20 of its strength, it is at rest; and forth again it is where it was.
+    // Moving back by the elastic deflection, K/20 at full strength, removes the stress; moving forth
+    // again restores it.
     let was = stress(&node);
     let elastic = was.norm() / (20.0 * strength / law.shear);
     go(&law, &mut node, -dir * elastic, 5000.0);
     assert!(stress(&node).norm() < 1e-3 * strength && elastic < 1e-3, "{node:?}");
     go(&law, &mut node, dir * elastic, 5000.0);
     assert!((stress(&node) - was).norm() < 1e-3 * strength);
-    // At rest it holds; under less pressure only as much as that gives; turned, it follows within a millimetre or two.
+    // The stress stays while the wheel is at rest. Less pressure reduces it to the strength at this pressure. If the
+    // direction of motion changes, the stress follows within a millimetre or two.
     let still = node;
     go(&law, &mut node, Vec3::zeros(), 5000.0);
     assert!((stress(&node) - stress(&still)).norm() < 1e-6 * strength);
@@ -97,7 +99,7 @@ fn shear_is_janosi_forth_and_elastic_back() {
         go(&law, &mut node, across * 5e-5, 5000.0);
     }
     assert!(stress(&node).dot(&across) > 0.98 * stress(&node).norm(), "{node:?}");
-    // It lies in its face.
+    // The stress is in the plane of the face.
     let tilted = Vec3::new(0.6, 0.0, 0.8);
     assert!(law.sheared(&node, Vec3::zeros(), &tilted, 5e3, 20.0).0.dot(&tilted).abs() < 1e-9);
 }
@@ -108,7 +110,7 @@ fn what_is_stored_under_one_pressure_is_given_back_under_another() {
     go(&law, &mut node, Vec3::x() * 0.05, 5000.0);
     let elastic = stress(&node).norm() / (20.0 * law.strength(5000.0) / law.shear);
     go(&law, &mut node, -Vec3::x() * elastic, 5000.0);
-    // The soil is sheared by a third of the elastic range from zero stress; the pressure falls to a half; the shear is reversed.
+    // Shear the soil by a third of the elastic range from zero stress, halve the pressure, and reverse the shear.
     go(&law, &mut node, Vec3::x() * (elastic / 3.0), 5000.0);
     let stored = stress(&node).norm();
     go(&law, &mut node, Vec3::zeros(), 2500.0);

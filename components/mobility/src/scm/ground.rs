@@ -156,7 +156,8 @@ impl ScmGround {
         let r = self.region;
         let low = [0, 1].map(|k| (bounds[k].max(r[k]) / self.cell).ceil());
         let high = [2, 3].map(|k| (bounds[k].min(r[k]) / self.cell).floor());
-        // The comparison is negated so that NaN and distant places are outside.
+        // The range is empty for NaN and for distant positions, because these comparisons are
+        // false.
         let some = (0..2).all(|k| low[k].abs() < 1e9 && high[k].abs() < 1e9 && low[k] <= high[k]);
         some.then(|| (low.map(|v| v as i32), high.map(|v| v as i32)))
     }
@@ -192,7 +193,7 @@ impl ScmGround {
                     let [x, y] = self.place(i, j);
                     let node = match tile.map(|nodes| &nodes[Nodes::place(i, j)]) {
                         Some(node) if node.known() => *node,
-                        // Ground that no row has seen yet.
+                        // This is ground that no update has touched yet.
                         _ => self.fresh([x, y]),
                     };
                     if presser.clears(x, y, f64::from(node.first[0] + node.heap)) {
@@ -237,7 +238,7 @@ impl ScmGround {
                     };
                     let base = node.base();
                     let sinkage = (base.height - under.z) * base.normal.z;
-                    // Written so that NaN presses nothing.
+                    // The negated comparison also skips NaN.
                     if !(sinkage > 0.0) {
                         node.release();
                         continue;

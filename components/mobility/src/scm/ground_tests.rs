@@ -67,7 +67,7 @@ fn a_plate_carries_bekkers_load_and_its_second_press_is_stiff() {
     let full = 0.02 * law.virgin(0.03);
     assert!((half / full - 0.5).abs() < 1e-3, "{half} {full}");
     assert_eq!(load(&data, 0.03 - 1.1 * rebound).normal_force, 0.0);
-    // A round sole, on a finer grid.
+    // Test a round sole on a finer grid.
     let g = ground(0.01);
     let disc = body(Form::Disc { radius: 0.15 }, Vec3::new(0.0, 0.0, -0.01), Vec3::z());
     let law = Law::of(&lunar(), 0.15, 0.0);
@@ -81,7 +81,7 @@ fn a_wheel_set_down_carries_the_integral_the_better_the_finer_the_grid() {
     let (r, z): (f64, f64) = (0.25, 0.02);
     let s = (r * r - (r - z) * (r - z)).sqrt();
     let law = Law::of(&slick(), 0.4, 0.0);
-    // 2 b k ∫ (√(r² − x²) − (r − z)) dx from 0 to s.
+    // The exact load is 2 b k ∫ (√(r² − x²) − (r − z)) dx from 0 to s.
     let exact = 0.4
         * law.k
         * 2.0
@@ -90,7 +90,7 @@ fn a_wheel_set_down_carries_the_integral_the_better_the_finer_the_grid() {
         let g = ground(cell);
         let mut worst = 0.0_f64;
         for k in 0..10 {
-            // Over any place of the grid, and turned against it.
+            // Test several positions on the grid, and directions rotated against it.
             let (turn, off) = (0.13 * f64::from(k), 0.003 * f64::from(k));
             let axle = Vec3::new(-turn.sin(), turn.cos(), 0.0);
             let at = Vec3::new(off, 0.7 * off, r - z);
@@ -99,7 +99,7 @@ fn a_wheel_set_down_carries_the_integral_the_better_the_finer_the_grid() {
             worst = worst.max((l.normal_force / exact - 1.0).abs());
         }
         println!("{cell} m: off by {worst:.2e} at most");
-        // Measured 5 %, 1 %, 0.1 %, 0.1 %.
+        // Measured errors: 5 %, 1 %, 0.1 % and 0.1 %.
         assert!(worst < 25.0 * cell * cell + 1e-3, "{cell}: {worst}");
     }
 }
@@ -169,14 +169,15 @@ impl Led {
 fn a_rolling_wheel_in_slick_soil_is_resisted_by_what_it_compacts() {
     let z: f64 = 0.02;
     let k = 1400.0 / 0.4 + 8.2e5;
-    // Work of compaction for each metre, less what springs back: b (k z²/2 − p²/(2 k_u)).
+    // The work of compaction per metre, minus the work of the rebound, is b (k z²/2 − p²/(2 k_u)).
     let p = k * z;
     let exact = -0.4 * (0.5 * k * z * z - p * p / (2.0 * 5.03e8 * z));
     for cell in [0.05, 0.025, 0.0125] {
         let [fx, _, fz, torque] = Led::new(cell, slick()).roll(0.0, 0.8, z, 0.0, 0.0);
         let off = (fx / exact - 1.0).abs();
         println!("{cell} m: {fx:.2} N for {exact:.2} N, load {fz:.1} N");
-        // Measured 1e-5 on any grid: over a whole way each node gives its own work of compaction.
+        // Measured: 1e-5 on any grid, because over the whole path each node contributes its own
+        // work of compaction.
         assert!(off < 1e-3 && torque.abs() < 1e-9 * fz, "{cell}: {off}");
     }
 }
@@ -216,7 +217,7 @@ fn a_driven_wheel_pulls_as_the_stress_integral_says() {
         assert!((fx - want[0]).abs() < 0.02 * want[1], "{fx} {want:?}");
         assert!(fy.abs() < 1e-6 * fz, "{fy}");
     }
-    // Without slip the law is that of Wong and Reece, which counts displacement along the rim: both agree at rest.
+    // Without slip, the law agrees with the one of Wong and Reece, which measures displacement along the rim.
     let mut w = golden_wheel();
     w.soil = Soil { a0: 0.0, a1: 0.0, lambda: 0.0, ..lunar() };
     (w.rim.radius, w.rim.width) = (0.25, 0.4);
@@ -268,7 +269,8 @@ fn grousers_add_the_integral_of_their_force() {
     println!("grousers add {more:.3?} N, N m; one bar integrated {want:.3?}");
     assert!(want[0] > 10.0 && (more[0] / want[0] - 1.0).abs() < 0.05, "{more:?} {want:?}");
     assert!((more[1] / want[1] - 1.0).abs() < 0.05, "{more:?} {want:?}");
-    // The part of that pull at the frequency of the grousers, and at one and a half times this frequency.
+    // Extract the part of the pull at the frequency of the grousers, and at one and a half times this
+    // frequency.
     let at = |times: f64| {
         let turn = std::f64::consts::TAU * times / period;
         let part = |k: usize, x: f64| [x * (turn * k as f64).cos(), x * (turn * k as f64).sin()];
@@ -328,7 +330,7 @@ fn a_towed_wheel_turns_without_torque() {
         }
     }
     let [pull, torque, slip, z] = sum.map(|s| s / count);
-    // Work of compaction for each metre; the rest is sheared.
+    // Work of compaction per metre; the rest of the work is shear.
     let compacted = 0.4 * (1400.0 / 0.4 + 8.2e5) * z * z / 2.0;
     println!(
         "towed: {pull:.2} N, {torque:.4} N m, slip {slip:.5}; compaction alone {compacted:.2} N"
@@ -364,10 +366,10 @@ fn a_second_pass_sinks_less_and_costs_less() {
     let rut = led.g.changed(&led.data).fold(0.0_f64, |a, (_, z, _)| a.min(z));
     let again = led.roll(0.0, 0.8, 0.02, 0.0, 0.0);
     println!("load {:.0} then {:.0} N at one depth, rut {rut:.4} m", first[2], again[2]);
-    // At the same depth it carries what springs back, on both sides, and is resisted by nothing.
+    // At the same depth, the rebound carries the wheel on both sides, without resistance.
     assert!(rut < -0.015 && rut > -0.02);
     assert!(again[0].abs() < 0.05 * first[0].abs(), "{again:?} {first:?}");
-    // The load of the first pass is carried higher up.
+    // The load of the first pass needs only a slightly larger depth.
     let mut third = Led::new(0.025, soil);
     third.data = led.data.clone();
     let higher = third.roll(0.0, 0.8, 0.0205, 0.0, 0.0);
@@ -395,7 +397,7 @@ fn what_is_displaced_and_heaped_is_kept() {
     let off = (heaped + waiting) / displaced - 1.0;
     println!("{:.3} l heaped of {:.3} l, off by {off:e}", 1e3 * heaped, 1e3 * displaced);
     assert!(heaped > 0.5 * displaced && off.abs() < 1e-4, "{heaped} + {waiting} of {displaced}");
-    // The heap lies next to the wheel's track, and is nowhere steeper than its limit.
+    // The heap is next to the wheel's track, and nowhere steeper than its limit.
     let highest = led.data.nodes.cells().map(|(_, n)| n.heap).fold(0.0_f32, f32::max);
     assert!(highest > 1e-3, "{highest}");
     for ([i, j], n) in led.data.nodes.cells().filter(|(_, n)| n.heap > 1e-3) {
@@ -410,7 +412,7 @@ fn what_is_displaced_and_heaped_is_kept() {
 fn a_parked_wheel_holds_and_one_that_turns_back_meets_no_phantom() {
     let mut led = Led::new(0.025, lunar());
     led.damping = USUAL;
-    // Pressed in, then pulled along x by half of what the soil holds.
+    // The wheel is pressed in and then pulled along x by half of the strength of the soil.
     let (mass, g, dt) = (150.0, 3.72, 1e-3);
     let (mut x, mut z) = (Vec3::new(0.0, 0.0, 0.245), Vec3::zeros());
     let mut places = Vec::new();
@@ -431,7 +433,7 @@ fn a_parked_wheel_holds_and_one_that_turns_back_meets_no_phantom() {
     println!("moved {:.2} mm, then {creep:e} m in a second", 1e3 * places[7].0.x);
     assert!(creep < 1e-8, "{places:?}");
     assert!((places[7].1 / (mass * g) - 1.0).abs() < 1e-6);
-    // Rolled forwards and then backwards at no slip: the pull is the mirror image.
+    // Roll forwards and then backwards without slip: the pull is the mirror image.
     let mut led = Led::new(0.0125, lunar());
     let there = led.roll(0.0, 0.8, 0.02, 0.3, 0.0);
     let mut sum = 0.0;
@@ -456,7 +458,7 @@ fn closed_ways_of_a_wheel_only_cost_energy() {
         for round in 0..4 {
             let mut work = 0.0;
             for k in 0..2000 {
-                // Lissajous figures in place, depth and turn, which close.
+                // The wheel follows closed Lissajous figures in position, depth and rotation.
                 let t = turn * f64::from(k);
                 let (a, b) = (f64::from(1 + seed % 3), f64::from(1 + seed % 2));
                 let place = Vec3::new(
@@ -523,7 +525,7 @@ fn outside_of_its_region_and_without_numbers_nothing_is_touched() {
     assert_eq!(data.nodes.bytes(), 0);
     let bad = ScmGroundParams { region: Some([0.0, 0.0, -1.0, 1.0]), ..params(0.02, plane(0.0)) };
     assert!(ScmGround::build(bad).err().unwrap().message.contains("is empty"));
-    // Off the map there is none.
+    // The force outside of the map is zero.
     let far = body(Form::Rim { radius: 0.25, width: 0.4 }, Vec3::new(1e4, 0.0, 0.2), Vec3::y());
     assert_eq!(ground(0.025).load(&data, &far, &law, &NONE, 0.0).force, Vec3::zeros());
 }

@@ -136,7 +136,7 @@ impl Window {
                     let fall = one.surface() - other.surface();
                     let first = f64::from(one.first[0]) - f64::from(other.first[0]);
                     let over = fall.abs() - most.max(first.abs());
-                    // Written so that ground that is not there takes nothing.
+                    // The negated comparison also skips missing ground (NaN).
                     if !(over > 0.0) {
                         continue;
                     }
@@ -152,7 +152,7 @@ impl Window {
         for (at, node) in self.nodes.iter().enumerate() {
             let [i, j] = self.index(at);
             let was = data.nodes.get(i, j);
-            // A node whose height was queried in the meantime is kept, too.
+            // Keep a node, too, whose height was queried in the meantime.
             if was.is_none_or(|was| !was.known() || was.heap != node.heap) {
                 let (tile, k) = Nodes::split(i, j);
                 data.nodes.tile_mut(tile)[k] = *node;

@@ -49,7 +49,7 @@ fn a_column_slides_to_its_slope_and_none_is_lost() {
 
 #[test]
 fn a_slope_that_was_there_stays_and_what_presses_holds_its_soil() {
-    // Rises by 1 in 1, steeper than soil that slides.
+    // The slope is 1 in 1, steeper than soil that slides.
     let mut w = window(&ground(1.0), 9);
     w.slide(0.02, 0.6_f64.tan());
     assert!(w.nodes.iter().all(|n| n.heap == 0.0));

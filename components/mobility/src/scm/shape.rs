@@ -93,7 +93,8 @@ impl Presser {
         let (a, c) = (self.hub.axle, self.hub.position);
         let (dx, dy) = (x - c.x, y - c.y);
         let flat = a.x * a.x + a.y * a.y;
-        // s²: squared distance from the axle seen from above;  the lowest line falls by a_z over the width.
+        // `across`² is the squared distance from the axle in plan view. The lowest line of the rim descends
+        // by a_z over the width.
         let across = dx * a.y - dy * a.x;
         let lowest = radius - 0.5 * across * across / (flat * radius).max(1e-12);
         let fall = lowest.max(0.0) + (0.5 * width) * a.z.abs();
@@ -105,7 +106,8 @@ impl Presser {
     pub fn under(&self, x: f64, y: f64, cell: f64) -> Option<Under> {
         let (a, c) = (self.hub.axle, self.hub.position);
         let (dx, dy) = (x - c.x, y - c.y);
-        // Share of a cell that is inside, `over` (m) from its middle to the edge.
+        // Returns the share of a cell that is inside, where `over` (m) is the distance from its
+        // centre to the edge.
         let ramp = |over: f64| (over / cell + 0.5).clamp(0.0, 1.0);
         match self.form {
             Form::Rim { radius, width } => {
@@ -178,7 +180,7 @@ mod tests {
             let [x0, y0, x1, y1] = p.bounds(0.01);
             assert!(x > x0 && x < x1 && y > y0 && y < y1);
         }
-        // Its area seen from above, 0.5 m by 0.4 m but for the steepest hundredth.
+        // In plan view the area is 0.5 m by 0.4 m, except for the steepest hundredth.
         let area = f64::from(seen) * 0.016 * 0.016;
         assert!((area - 0.2).abs() < 0.01, "{area}");
     }

@@ -65,7 +65,7 @@ fn arcs_are_circles() {
     for (mv, sign) in [(Move::Forward(0.4), 1.0), (Move::Backward(-0.3), -1.0)] {
         let (Move::Forward(kappa) | Move::Backward(kappa)) = mv else { return };
         let at = [1.0, -2.0, 0.7];
-        // In small steps along the heading in the middle of each.
+        // Integrate in small steps along the heading in the middle of each step.
         let (n, mut p) = (20_000, at);
         for _ in 0..n {
             let ds = sign * 3.0 / f64::from(n);
@@ -104,7 +104,8 @@ fn free_ground_is_crossed_straight_and_a_goal_behind_is_turned_to() {
     assert!(kappa > 0.1);
     let Some(Move::Turn(angle)) = chosen(&free, [-6.0, 1.0]) else { panic!("no turn") };
     assert!((angle - 1.0_f64.atan2(-6.0)).abs() < 1e-12);
-    // The best arc has all votes of the obstacles; the arc straight to the goal has all votes of the goal.
+    // All arcs have the full vote of the obstacles, and the straight arc to the goal has the full vote of
+    // the goal.
     let arcs = arcs();
     let votes = votes(&arcs, &free, [6.0, 0.0]);
     assert_eq!(votes.len(), 22);
@@ -118,7 +119,7 @@ fn votes_of_a_mirrored_ground_are_mirrored() {
     let rough = |[x, y]: [f64; 2]| Some((128.0 + 100.0 * (1.3 * x + 2.1 * y).sin()) as u8);
     let (a, b) = (patches(rough), patches(|[x, y]| rough([x, -y])));
     let arcs = arcs();
-    // Not on the border of two cells, which belongs to one of them.
+    // The start must not be on the border of two cells, because the border belongs to one of them.
     let mirrored = |p: &Tiles<Patch>, side: f64| {
         votes_from(&arcs, p, [5.0, side * 1.5], [0.013, side * 0.037, side * 0.1])
     };
@@ -134,7 +135,8 @@ fn votes_of_a_mirrored_ground_are_mirrored() {
 
 #[test]
 fn a_rock_ahead_shuts_the_arcs_that_meet_it_near_and_costs_those_that_meet_it_far() {
-    // Goodness is evaluated for a disc: the hazard is enlarged already. The front disc is 0.4 m ahead of the middle.
+    // Goodness is evaluated for a disc, so the hazard is already enlarged. The front disc is 0.4 m ahead of the
+    // centre.
     let rock = |at: [f64; 2]| {
         patches(move |[x, y]| Some(if (x - at[0]).hypot(y - at[1]) < 0.5 { 0 } else { BEST }))
     };
@@ -144,13 +146,14 @@ fn a_rock_ahead_shuts_the_arcs_that_meet_it_near_and_costs_those_that_meet_it_fa
         *votes.iter().find(|v| v.mv == Move::Forward(0.0)).unwrap()
     };
     assert_eq!(straight([1.5, 0.0]).total, 0.0);
-    // Met at 3 − 0.5 − 0.4 m: (1 − (1 − 2.1/8)) at the first pose in it.
+    // The arc meets the rock after 3 − 0.5 − 0.4 = 2.1 m, so the vote is (1 − (1 − 2.1/8)) at the
+    // first pose inside.
     let far = straight([3.0, 0.0]);
     assert!(far.total > 0.0 && (far.obstacles - 0.5 * 2.1 / 4.0).abs() < 0.02, "{far:?}");
     assert_eq!(straight([3.0, 1.5]).obstacles, 1.0);
     for at in [[1.8, 0.0], [2.5, 0.1], [3.0, -0.1]] {
         let Some(Move::Forward(kappa)) = chosen(&rock(at), [7.0, 0.0]) else { panic!("{at:?}") };
-        // Its two discs stay out of the rock for `near` at least.
+        // The two discs of the body stay outside of the rock for at least `near`.
         for k in 0..=10 {
             for p in arcs.body.middles(end_of([0.0; 3], Move::Forward(kappa), 0.1 * f64::from(k))) {
                 assert!((p[0] - at[0]).hypot(p[1] - at[1]) > 0.42, "{at:?} {kappa} {p:?}");
@@ -166,16 +169,16 @@ fn hazards_or_unknown_ground_all_around_leave_no_move() {
     };
     assert_eq!(chosen(&ring(0.9, Some(0)), [6.0, 0.0]), None);
     assert_eq!(chosen(&ring(0.9, None), [6.0, 0.0]), None);
-    // Room to turn, and for no arc.
+    // There is room to rotate, but not for an arc.
     assert!(matches!(chosen(&ring(0.6, Some(0)), [-6.0, 0.5]), Some(Move::Turn(_))));
-    // Unknown ground beyond `near` ends an arc and does not shut it.
+    // Unknown ground farther than `near` ends an arc but does not exclude it.
     assert_eq!(chosen(&ring(2.5, None), [6.0, 0.0]), Some(Move::Forward(0.0)));
     assert_eq!(chosen(&patches(|_| None), [6.0, 0.0]), None);
 }
 
 #[test]
 fn a_rover_leaves_a_hazard_by_the_short_way_only() {
-    // In the rim of a hazard that lies ahead: 0.2 m deep with the front disc.
+    // The front disc is 0.2 m inside the rim of a hazard that lies ahead.
     let ahead = patches(|[x, _]| Some(if x > 0.2 { 0 } else { BEST }));
     assert!(matches!(chosen(&ahead, [6.0, 0.0]), Some(Move::Backward(_))));
     // The rover cannot leave from deep inside the hazard.
@@ -198,9 +201,9 @@ fn the_last_move_is_kept_until_another_is_better_by_the_hysteresis() {
     assert_eq!(after(None), Move::Turn(-5.5));
     assert_eq!(after(Some(Move::Forward(0.1))), Move::Forward(0.1));
     assert_eq!(after(Some(Move::Forward(0.0))), Move::Turn(-5.5));
-    // A turn continues to its side, whatever angle is left.
+    // A rotation continues in its direction, whatever the remaining angle is.
     assert_eq!(arcs.choose(&votes[..4], Some(Move::Turn(-5.0))).unwrap().mv, Move::Turn(-5.5));
-    // One that is shut is not kept.
+    // A move that is no longer possible is not kept.
     assert_eq!(after(Some(Move::Backward(0.0))), Move::Turn(-5.5));
     assert_eq!(arcs.choose(&votes[4..], Some(Move::Backward(0.0))), None);
     assert_eq!(arcs.choose(&[], None), None);

@@ -47,7 +47,8 @@ fn flat_ground_is_best_and_what_was_not_seen_is_unknown() {
     let p = at(&out, 0.3, -0.4);
     assert!(p.known && p.goodness == BEST && p.tilt < 1e-6 && p.roughness < 1e-6, "{p:?}");
     assert_eq!(p.step, 0.0);
-    // Half of a disc is seen at the edge of what was seen, none of it a disc's radius beyond.
+    // At the edge of the observed ground half of a disc is known; farther out by a disc's radius
+    // nothing is.
     assert!(at(&out, 2.95, 0.0).known && !at(&out, 3.55, 0.0).known);
     assert!(!at(&out, 0.0, -3.95).known && !at(&out, 50.0, 0.0).known);
 }
@@ -61,7 +62,8 @@ fn a_slope_has_its_tilt_no_roughness_and_no_step() {
         let p = at(&out, 0.1, 0.2);
         assert!((f64::from(p.tilt) - degrees.to_radians()).abs() < 1e-6, "{p:?}");
         assert!(p.roughness < 1e-5, "{p:?}");
-        // The square is one of five cells, their points up to one cell farther apart than the middles of the outer two.
+        // The square has five cells. The points in them are up to one cell farther apart than the centres of the outer
+        // cells.
         assert!(f64::from(p.step) < slope * 0.15 * (c.abs() + s.abs()), "{p:?}");
         let want = (255.0 * (1.0 - degrees / 25.0)).max(0.0);
         assert!((f64::from(p.goodness) - want).abs() <= 0.51 || p.step > 0.05, "{p:?} {want}");
@@ -72,7 +74,8 @@ fn a_slope_has_its_tilt_no_roughness_and_no_step() {
 
 #[test]
 fn roughness_is_the_rms_of_waves_about_their_plane() {
-    // Waves of 0.2 m across many periods: RMS amplitude/√2, on a slope times its cosine.
+    // The waves have a length of 0.2 m across many periods. Their RMS is amplitude/√2, and on a
+    // slope it is reduced by its cosine.
     let (size, slope) = (0.03, 0.2_f64);
     let wave =
         |x: f64, y: f64| slope * y + size * (31.0 * (x - 0.01 * (9.0 * y).sin())).sin() + 0.0 * y;
@@ -86,7 +89,8 @@ fn roughness_is_the_rms_of_waves_about_their_plane() {
 fn a_rock_is_a_hazard_as_far_as_the_disc_and_the_square_reach() {
     let rock = |x: f64, y: f64| if x.hypot(y) < 0.3 { 0.4 } else { 0.0 };
     let (_, out) = judged(&ground([-4.0, 4.0], [-4.0, 4.0], rock));
-    // Disc and half a square beyond the rock; one cell of doubt.
+    // The hazard extends beyond the rock by the disc and half a square, with an uncertainty of one
+    // cell.
     let (reach, doubt) = (0.3 + 0.8 + 0.2, 0.11);
     for k in 0..32 {
         let (s, c) = (0.196 * f64::from(k)).sin_cos();
@@ -100,7 +104,7 @@ fn a_rock_is_a_hazard_as_far_as_the_disc_and_the_square_reach() {
 
 #[test]
 fn a_wall_is_told_where_too_little_is_seen_to_fit_a_plane() {
-    // The foot and the face of a wall, a strip of three cells: the ground before and behind it was not seen.
+    // Only the foot and the face of a wall were observed, in a strip of three cells.
     let (_, out) =
         judged(&ground([0.0, 0.3], [-0.2, 0.2], |x, _| if x > 0.15 { 0.9 } else { 0.0 }));
     let p = at(&out, 0.2, 0.0);
@@ -115,7 +119,7 @@ fn rough() -> Vec<Vec3> {
     let mut points = ground([-3.7, 4.1], [-2.9, 5.3], |x, y| {
         700.0 + 0.13 * x - 0.21 * y + 0.02 * (17.0 * x + 5.0 * y).sin() + rock(x, y)
     });
-    // Holes, as behind rocks.
+    // Leave holes like those behind rocks.
     points.retain(|p| ((7.0 * p.x).sin() * (5.0 * p.y).cos()) > -0.55);
     points
 }
@@ -139,7 +143,7 @@ fn sums_by_rows_are_sums_over_the_points_of_the_disc() {
         if !patch.known || disc.len() < 50 {
             continue;
         }
-        // Least squares of another kind: by singular values.
+        // Compute the least squares in another way, by singular values.
         let n = disc.len();
         let A = linkwork_spatial::nalgebra::DMatrix::from_fn(n, 3, |r, c| match c {
             0 => disc[r].x - middle[0],
@@ -152,7 +156,7 @@ fn sums_by_rows_are_sums_over_the_points_of_the_disc() {
         let rms = ((A * &fit - z).norm_squared() / n as f64).sqrt() * slope.atan().cos();
         assert!((f64::from(patch.tilt) - slope.atan()).abs() < 1e-6, "{k}: {patch:?} {slope}");
         assert!((f64::from(patch.roughness) - rms).abs() < 1e-6, "{k}: {patch:?} {rms}");
-        // Steps, cell by cell.
+        // Compute the steps cell by cell.
         let mut rise = 0.0_f64;
         for [i, j] in (-8..=8).flat_map(|j| (-8..=8).map(move |i: i32| [i, j])) {
             if i * i + j * j > 64 {

@@ -157,7 +157,8 @@ fn after_any_changes_it_is_what_a_new_planner_finds() {
             }));
             assert_eq!(way, new.plan(from, 3.0), "{from:?}");
             found += usize::from(matches!(way, PathCost::Found(_)));
-            // All of it, too, and no corner is farther than along edges and diagonals.
+            // The full plan is equal as well, and every corner is at most as far as along edges and
+            // diagonals.
             new.plan(from, f64::INFINITY);
             let mut all = p.clone();
             all.plan(from, f64::INFINITY);
@@ -226,7 +227,7 @@ fn the_way_goes_around_a_wall_and_again_when_its_gap_is_shut() {
     };
     p.change(wall([6, 8]));
     let PathCost::Found(near) = p.plan(from, 2.0) else { panic!("no way") };
-    // Through the gap: y from 3 to 4 m.
+    // The path leads through the gap, whose y is 3 m to 4 m.
     let gap = [0.25, 3.5];
     let about =
         (gap[0] - from[0]).hypot(gap[1] - from[1]) + (gap[0] - goal[0]).hypot(gap[1] - goal[1]);
@@ -234,13 +235,13 @@ fn the_way_goes_around_a_wall_and_again_when_its_gap_is_shut() {
     let path = p.path(from, 1000);
     let through = path.iter().find(|q| q[0] >= 0.0).unwrap();
     assert!(through[1] > 2.9 && through[1] < 4.1, "{through:?}");
-    // The cost of the polygon is what was said.
+    // The length of the path must be equal to the planned cost.
     let length: f64 = path.windows(2).map(|w| (w[1][0] - w[0][0]).hypot(w[1][1] - w[0][1])).sum();
     assert!((length / near - 1.0).abs() < 0.02, "{length} {near}");
     p.change([([0, 6], f64::INFINITY), ([0, 7], f64::INFINITY)]);
     let PathCost::Found(far) = p.plan(from, 2.0) else { panic!("no way") };
     assert!(far > near + 8.0, "{far} {near}");
-    // Shut altogether, and opened again.
+    // Close the wall completely, then open one cell of it.
     let ends = || (-41..41).map(|j| ([0, j], f64::INFINITY));
     p.change(ends());
     assert_eq!(p.plan(from, 2.0), PathCost::Closed);
@@ -255,7 +256,7 @@ fn dear_ground_is_crossed_where_it_is_worth_it() {
     let (from, goal) = ([-5.0, 0.1], [5.0, 0.2]);
     let mut p = Planner::new(r, goal, 1.0).unwrap();
     let pond = |c: f64| (-4..4).flat_map(move |j| (-4..4).map(move |i| ([i, j], c)));
-    // 4 m by 4 m: around costs some 1 m more, across (c − 1) 4 m.
+    // The pond is 4 m by 4 m: driving around costs some 1 m more, driving across (c − 1) 4 m more.
     p.change(pond(1.1));
     let across = |p: &Planner| p.path(from, 1000).iter().any(|q| q[0].hypot(q[1]) < 1.0);
     p.plan(from, 1.0);
@@ -279,7 +280,7 @@ fn what_has_no_way_is_told() {
     assert_eq!(p.plan([1.1, 1.1], 1.0), PathCost::InObstacle);
     assert!(p.value([1.6, 1.6]).is_finite() && p.value([1.1, 1.1]).is_infinite());
     assert!(matches!(p.plan([1.6, 1.6], 1.0), PathCost::Found(_)));
-    // At the goal.
+    // The start is at the goal.
     assert_eq!(p.plan([5.2, 5.2], 1.0), PathCost::Found(0.0));
 }
 

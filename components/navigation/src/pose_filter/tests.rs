@@ -8,7 +8,7 @@ const G: f64 = 3.72;
 
 fn instruments() -> Instruments {
     let pitch = Quat::from_scaled_axis(Vec3::y() * 0.6);
-    // Lens axes on a mount that looks along x: right, down, ahead.
+    // The mount looks along x, so the lens has the axes right, down, ahead.
     let lens = Quat::from_basis_unchecked(&[-Vec3::y(), -Vec3::z(), Vec3::x()]);
     Instruments {
         gyro: 3e-4,
@@ -21,7 +21,8 @@ fn instruments() -> Instruments {
         height: 0.75,
         eye: Pose::new(pitch * lens, Vec3::new(0.9, 0.2, 1.4)),
         gate: 1e9,
-        // Fifty times the rotation of Mars, so that it matters within minutes.
+        // The planet rotates about fifty times as fast as Mars, so that its rotation has an effect
+        // within minutes.
         turning: Vec3::new(2e-3, -1e-3, 2.5e-3),
     }
 }
@@ -53,7 +54,7 @@ fn drive(trial: u64, seconds: f64, with: With) -> Drive {
     let (i, s) = (instruments(), start());
     let draw = |n: u64, lane: u32| noise::normal(trial + 1000, n, lane);
     let three = |n: u64, lane: u32| Vec3::new(draw(n, lane), draw(n, lane + 1), draw(n, lane + 2));
-    // It begins as far off as the start says.
+    // The initial error is drawn from the deviations of the start.
     let believed =
         Pose::new(Quat::from_scaled_axis(Vec3::new(0.03, -0.05, 0.4)), Vec3::new(1.0, -2.0, 0.3));
     let off = three(0, 0).component_mul(&Vec3::new(s.tilt, s.tilt, s.heading));
@@ -76,7 +77,7 @@ fn drive(trial: u64, seconds: f64, with: With) -> Drive {
         let gyro = felt + bias + three(n, 0) * i.gyro;
         let rates = Rates { gyro, speed, change: Vec3::zeros() };
         filter.go(&i, &rates, DT);
-        // The truth follows the same rule.
+        // The true pose follows the same equations as the filter.
         let body = Vec3::new((1.0 - slip) * speed, 0.0, 0.0) + w.cross(&Vec3::z()) * i.height;
         let grown = (speed.abs() + i.reach * w.norm()) * DT;
         let half = truth.rotation * Quat::from_scaled_axis(w * (0.5 * DT));
@@ -145,7 +146,7 @@ fn errors_have_the_covariance_that_it_says_with_every_set_of_instruments() {
         let n = f64::from(TRIALS);
         let off = (square / n).sqrt();
         println!("{name}: NEES {:.2} of 6, slip {:.2} of 1, {off:.3} m", all / n, slip / n);
-        // Means of 60: standard deviations √(12/60) = 0.45 and √(2/60) = 0.18.
+        // The means of 60 drives have standard deviations of √(12/60) = 0.45 and √(2/60) = 0.18.
         assert!((all / n - 6.0).abs() < 1.4 && (slip / n - 1.0).abs() < 0.55, "{name}");
     }
 }

@@ -115,7 +115,7 @@ fn it_drives_around_a_wall_that_it_comes_to_see() {
     let off = (run.at[0] - 8.0).hypot(run.at[1]);
     assert!(off <= 0.3, "{off}");
     for [x, y, heading] in run.way {
-        // Corners and edges of its rectangle.
+        // The points are on the edges of the rover's rectangle, with its corners.
         for k in 0..40 {
             let t = 0.05 * f64::from(k % 20) - 0.475;
             let [along, left] = if k < 20 { [1.2 * t, 0.5] } else { [0.6, 1.0 * t] };
@@ -130,8 +130,8 @@ fn it_drives_around_a_wall_that_it_comes_to_see() {
 
 #[test]
 fn a_long_way_around_is_progress_and_the_region_grows_with_it() {
-    // The wall reaches 8 m beyond the region that it begins with. The rover comes no nearer to the goal for longer than `progress` on its way along
-    // the wall.
+    // The wall extends 8 m beyond the initial region. For longer than `progress` the rover comes no nearer to the goal
+    // while it drives along the wall.
     let wall = |x: f64, y: f64| if (4.0..4.6).contains(&x) && y.abs() < 14.0 { 0.6 } else { 0.0 };
     let rover = Rover { progress: 120.0, ..rover([8.0, 0.0]) };
     let mut run = Run::new();
@@ -143,7 +143,8 @@ fn a_long_way_around_is_progress_and_the_region_grows_with_it() {
 
 #[test]
 fn it_stays_where_it_may_plan() {
-    // A wall across all that it may plan in: it would have to leave it.
+    // The wall crosses the whole area in which the rover may plan: the rover would have to leave
+    // the area to pass it.
     let wall = |x: f64, y: f64| if (4.0..4.6).contains(&x) && y.abs() < 6.0 { 0.6 } else { 0.0 };
     let rover = Rover { keep_in: [-2.0, -5.0, 10.0, 5.0], ..rover([8.0, 0.0]) };
     let mut run = Run::new();
@@ -163,7 +164,8 @@ fn from_hazards_that_it_sees_late_it_goes_back_where_it_came_from() {
     run.go(&rover, 0, 30, &|_, _| 0.0);
     let [x, y, _] = run.at;
     assert!(run.memory.status == Status::Driving && x > 2.0, "{:?}", run.at);
-    // One rock is next to each side of its front: its discs overlap hazards, its rectangle does not.
+    // A rock is next to each front side of the rover: its discs overlap hazards, its rectangle does
+    // not.
     let rock = move |px: f64, py: f64| {
         let beside = (py - y).abs() > 0.62 && (py - y).abs() < 1.0;
         if beside && (x - 0.2..x + 0.6).contains(&px) { 0.5 } else { 0.0 }
@@ -173,7 +175,7 @@ fn from_hazards_that_it_sees_late_it_goes_back_where_it_came_from() {
     assert_eq!(run.memory.status, Status::Arrived, "{:?}", run.at);
     let back = run.way[began..].iter().map(|at| at[0]).fold(f64::INFINITY, f64::min);
     assert!(back < x - 0.5 && !run.k.failed.is_empty(), "{back} {x}");
-    // Out by the way that it came, the rectangle never in the rocks.
+    // The rover drives back along its trail, and its rectangle never overlaps the rocks.
     for [ax, ay, heading] in run.way.drain(began..) {
         for k in 0..40 {
             let t = 0.05 * f64::from(k % 20) - 0.475;
@@ -198,7 +200,7 @@ fn split_is_straight() {
     split.k = rmp_serde::from_slice(&bytes).unwrap();
     split.go(&rover, 61, 120, &wall);
     assert!(split.way == straight.way && split.k == straight.k && split.memory == straight.memory);
-    // The fork did not see what came after.
+    // The fork does not change when the original continues.
     assert!(rmp_serde::to_vec_named(&fork).unwrap() == bytes && fork != split.k);
 }
 
@@ -223,7 +225,7 @@ fn every_end_is_a_state() {
         (run.memory.status, run.at)
     };
     let flat = |_: f64, _: f64| 0.0;
-    // The goal in a wall; all around it a wall; far off; no place at all.
+    // The goals are in a wall, within a ring of zones, far away, and not finite.
     let (status, _) = end(&rover([4.3, 0.0]), &wall, 200);
     assert_eq!(status, Status::GoalInObstacle);
     let zones: Vec<Disc> = (0..16)
@@ -232,14 +234,14 @@ fn every_end_is_a_state() {
         .collect();
     let (status, at) = end(&Rover { keep_out: zones, ..rover([6.0, 0.0]) }, &flat, 200);
     assert_eq!((status, at), (Status::NoWay, [0.0; 3]));
-    // Rocks all around its beginning.
+    // Rocks surround the start.
     let ring = |x: f64, y: f64| if (0.8..1.0).contains(&x.hypot(y)) { 0.5 } else { 0.0 };
     let (status, at) = end(&rover([6.0, 0.0]), &ring, 60);
     assert!(status == Status::StartInObstacle && at[0].hypot(at[1]) < 0.3, "{status:?} {at:?}");
     for goal in [[1e9, 0.0], [f64::NAN, 0.0], [5e4, 5e4]] {
         assert_eq!(end(&rover(goal), &flat, 4), (Status::Outside, [0.0; 3]), "{goal:?}");
     }
-    // Ground that is never seen: it stands, and gives up.
+    // The rover never sees the ground: it stands still, and gives up.
     let blind = Rover { free: vec![], sight: 0.1, ..rover([5.0, 0.0]) };
     assert_eq!(end(&blind, &flat, 40), (Status::NoMove, [0.0; 3]));
 }
@@ -284,7 +286,8 @@ fn it_does_not_see_itself_and_stands_until_it_sees() {
     let pose = Pose { place: [0.0, 0.0, 0.5], tilt: 0.0, slip: 0.0 };
     assert_eq!(rover.decide(&judge, &mut k, &mut memory, &pose, 0.0, false), [0.0; 2]);
     assert_eq!(memory.status, Status::Blind);
-    // A mast on its body, a point beyond its sight, one without a place, and one that counts.
+    // The points are a mast on the body, a point beyond the range of sight, a non-finite point, and
+    // a point that counts.
     let (s, c) = pose.place[2].sin_cos();
     let points = [
         Vec3::new(0.6 * c, 0.6 * s, 1.0),

@@ -71,7 +71,8 @@ fn its_covariance_is_that_of_its_errors_and_wrong_matches_do_not_move_it() {
             worst = if off <= worst { worst } else { off };
             assert!(found.agree <= 61 - wrong as usize, "wrong matches agree: {}", found.agree);
         }
-        // χ² of six numbers; the mean of 300 has a standard deviation of √(12/300) = 0.2.
+        // The normalised error is χ² with six degrees of freedom; the mean of 300 has a standard
+        // deviation of √(12/300) = 0.2.
         let nees = sum / f64::from(trials as u32);
         println!("{wrong} wrong: normalised error squared {nees:.2}, at most {worst:.4} m off");
         assert!((5.0..7.0).contains(&nees) && worst < 0.05, "{nees} {worst}");
@@ -83,7 +84,7 @@ fn too_few_or_too_different_matches_are_no_motion() {
     let vo = vo(2e-3, 8e-3);
     assert!(vo.motion(&made_up(&vo, 11, 0, 1), &motion(), 1).is_none());
     assert!(vo.motion(&made_up(&vo, 40, 30, 1), &motion(), 1).is_none());
-    // All in one place: nothing says how it turned.
+    // All matches are at one place, so they do not determine the rotation.
     let one = made_up(&vo, 1, 0, 1)[0];
     let found = vo.motion(&vec![one; 20], &Pose::identity(), 1);
     assert!(found.is_none_or(|m| m.covariance.trace() > 1.0), "{found:?}");
@@ -142,7 +143,8 @@ fn eye(x: f64, y: f64, heading: f64) -> Pose {
 #[test]
 fn pictures_of_a_drive_tell_its_motions_to_millimetres_in_any_number_of_threads() {
     let scene = ground();
-    // A match to 0.15 pixels, a disparity to 0.25, of a focal length of 160.
+    // Matches have a deviation of 0.15 pixels, disparities one of 0.25 pixels, and the focal length
+    // is 160 pixels.
     let vo = vo(0.15 / 160.0, 0.25 / (160.0 * BASELINE));
     let drive = [
         eye(0.0, 0.0, 0.0),
@@ -158,7 +160,7 @@ fn pictures_of_a_drive_tell_its_motions_to_millimetres_in_any_number_of_threads(
             pictures.map(|(k, at)| pair(&scene, *at, k as u64 + 1, threads)).collect();
         let motion = |w: &[Picture]| {
             let old = vo.scenery(&w[0]);
-            // The guess is off, as wheels that slip would have it.
+            // The initial guess is 7 % short, like the odometry of wheels that slip.
             let truth = w[0].pose.inverse() * w[1].pose;
             let guess = Pose::new(truth.rotation, truth.position * 0.93);
             let pairs = vo.matches(&old, &w[1], &guess);

@@ -542,7 +542,8 @@ pub(crate) fn inertia(mass: f64, shape: &Shape, turn: &Quat) -> Option<Mat3> {
             Vec3::new(b + c, a + c, a + b) * (mass / 5.0)
         }
         Shape::Capsule { radius: r, half_length } => {
-            // A cylinder and two half spheres, whose centres are at the distance l/2 + 3r/8.
+            // The solid is a cylinder and two half spheres, whose centres of mass are at the
+            // distance l/2 + 3r/8.
             let l = 2.0 * half_length;
             let (vc, vs) = (l, 4.0 / 3.0 * r);
             let (mc, ms) = (mass * vc / (vc + vs), mass * vs / (vc + vs));

@@ -332,7 +332,8 @@ impl Assembly {
         let taken = match self.field(field, Value::Map(Vec::new()), origin) {
             Value::Map(entries) => entries.iter().any(|(key, _)| key == name),
             other => {
-                // `set` put something else there.
+                // The caller used `set` to replace the table by another kind of value; start a new
+                // table.
                 *other = Value::Map(Vec::new());
                 false
             }

@@ -187,7 +187,8 @@ impl<'a, 'o> Expander<'a, 'o> {
         mounts: BTreeMap<String, Text>,
         outer: Vec<Pending>,
     ) -> Instance {
-        // The part's own overrides first, then those from outside, so that the outermost wins.
+        // Apply the part's own overrides first and outer overrides later, so that the outermost
+        // override wins.
         let mut pending = Vec::new();
         for (path, value) in &a.overrides {
             let path = substitute_text(self.cx, around.env, path);
@@ -353,7 +354,8 @@ impl<'a, 'o> Expander<'a, 'o> {
                 let given = self.given(&read.params, params, &pending);
                 let env = bind(self.cx, &path, part.origin, &read.params, &given, &Env::new());
                 let mounts = self.mounts(&path, part.origin, &read, mounts);
-                // Overrides in the part's entry belong to the parent: they come between the part's own and the outer ones.
+                // Overrides in the entry of a part belong to its parent. Apply them after the part's own overrides and
+                // before the outer ones.
                 let mut all = Vec::new();
                 let what = format!("`{path}`: `overrides`");
                 for (text, value) in read_overrides(self.cx, overrides, &what) {
@@ -400,7 +402,7 @@ impl<'a, 'o> Expander<'a, 'o> {
             let message = format!("`{path}`: mount `{key}` is not bound ({doc})");
             let help = format!("write `mounts: {{ \"{key}\": \"a body or node\" }}`");
             self.cx.fault(origin, message, help);
-            // Avoids follow-up faults about bodies on this mount.
+            // Use a placeholder to avoid follow-up faults about bodies on this mount.
             out.insert(key.clone(), Text::new("world"));
         }
         out

@@ -60,7 +60,7 @@ fn inside(
         return Some(on_body(root, &full_name(&here.path, first), &pieces[1..]));
     }
     if let Some(bound) = here.mounts.get(first) {
-        // A mount is a reference in the scope of the parent.
+        // The text of a mount is a reference in the scope of the parent.
         let around = outer(&here.path);
         return Some(match (resolve(root, around, &bound.text), &pieces[1..]) {
             (Ok(Target::Body(body)), rest) => on_body(root, &body, rest),
@@ -70,7 +70,7 @@ fn inside(
                 format!("mount `{first}` is bound to `{}`, which does not have nodes", bound.text),
                 "bind the mount to a body".into(),
             )),
-            // Reported once, at the binding in the parent.
+            // The binding in the parent reports this error, so do not report it again.
             (Err(_), _) => Ok(Target::Unknown),
         });
     }

@@ -348,7 +348,7 @@ pub(crate) fn read_overrides(cx: &mut Cx, v: &Located, what: &str) -> Vec<(Text,
 pub(crate) fn map_field(cx: &mut Cx, v: &Located, field: &str, what: &str) -> Located {
     let Some(written) = v.get(field) else { return empty_map() };
     if is_unknown(written) {
-        // With `params: "$world"` the map is known only after the parameter is replaced.
+        // With `params: "$world"`, the map is known only after substitution of the parameter.
         return written.clone();
     }
     table(cx, written, format!("{what}: `{field}`"));

@@ -130,13 +130,13 @@ mod tests {
         let split = |text: &str| -> BTreeSet<String> {
             text.split(|c: char| !(c.is_alphanumeric() || c == '_')).map(String::from).collect()
         };
-        // Fields that only resolved texts have.
+        // These fields occur only in resolved texts.
         let own = ["resolved", "whole", "folder"];
         let said = split(page());
         let lost: Vec<_> =
             fields.iter().filter(|f| !said.contains(*f) && !own.contains(&f.as_str())).collect();
         assert!(lost.is_empty(), "FORMAT.md does not say: {lost:?}");
-        // The first column of tables of fields.
+        // Check the first column of the tables of fields.
         let mut odd = Vec::new();
         for row in page().lines().filter(|l| l.starts_with("| `")) {
             let cell = row.trim_start_matches("| ").split(" | ").next().unwrap_or_default();

@@ -310,7 +310,7 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
             return None;
         }
     };
-    // A resolved text has no parameters of assemblies.
+    // A resolved text does not have parameters of assemblies, so add a remark to the error.
     let remark = is_resolved(&inner).then_some(RESOLVED);
     if kind == "Assembly" {
         let mut unmatched = Vec::new();
@@ -398,7 +398,7 @@ fn tell_unmatched(
     }
     let wrong = |all: &Vec<Unmatched>| all.len() == phases || all.iter().any(|u| u.has_model);
     for all in by_path.into_values().filter(wrong) {
-        // The first of those with the greatest depth.
+        // Report the fault whose path matched the most levels; if several did, the first one.
         let deepest = all.into_iter().rev().max_by_key(|one| one.depth);
         cx.faults.extend(deepest.map(|mut one| {
             if let (Some(remark), false, Some(help)) = (remark, one.has_model, &mut one.fault.help)
@@ -473,7 +473,7 @@ fn outside(
 ) -> Vec<(Text, Located)> {
     let mut out = Vec::new();
     for written in overrides {
-        // All phases share one text, so that a mistake in it is one mistake.
+        // All phases share one text, so that a mistake in it is reported once.
         let known = cx.sources.files.iter().position(|(n, text)| n == "--set" && text == written);
         let file = known.map_or_else(|| cx.sources.add("--set", written.clone()), |k| k as u32);
         let Some((path, value)) = written.split_once('=') else {
@@ -616,12 +616,12 @@ fn assemble(
     };
     let wires = wiring.wires(cx);
     if !cx.faults.is_empty() {
-        // Errors of models about their parameters belong to the same report.
+        // Report errors of models about their parameters together with the errors of the file.
         let files = files_of_parts;
         let spec = Spec { parts, ..Spec::default() };
         let mut more = linkwork_runtime::check_parts(&spec, options.catalogue, &files);
         more.extend(misspelt(&simulation.patterns(), &spec, options.catalogue, &files));
-        // Except consequences of a fault at the same position.
+        // Leave out consequences of a fault at the same position.
         let touches = |a: Origin, b: Origin| match a.call.or(b.call) {
             Some(_) => a.call == b.call,
             None => a.file == b.file && a.start < b.end && b.start < a.end,
@@ -649,7 +649,7 @@ fn assemble(
             if kinematic.is_some() {
                 // Machines without contact follow their rolling wheels.
                 let any = m.contact.take().is_some() | m.compliant.take().is_some();
-                // A library's rover may have contact for simulations by forces.
+                // A rover from a library may have contact settings for simulations with forces.
                 let written = root.contact.as_ref().filter(|_| any);
                 m.settings = written.map(|contact| rolled(contact.origin)).into_iter().collect();
             }

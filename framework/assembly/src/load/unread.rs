@@ -14,7 +14,8 @@ pub(crate) fn unread(loaded: &Loaded, program: &Program) -> Vec<Fault> {
     let names: Vec<&String> = plan.variables.keys().collect();
     let mut seen: BTreeSet<&str> = BTreeSet::new();
     for pattern in patterns {
-        // A pattern without a match is an error that the pattern's own check reports.
+        // A pattern without a match is not reported here, because the check of the pattern reports
+        // it.
         for k in matches(&pattern.text, &names) {
             seen.insert(&plan.variables[names[k]].part);
         }

@@ -242,7 +242,7 @@ fn coupling(cx: &mut Cx, key: &str, v: &Located, d: &Description) -> Option<Coup
         cx.fault(cx.key(v), format!("{} has no `terms`", at.what), help);
         return None;
     }
-    // The unit of the sum, if all terms have the same unit.
+    // Use the unit of the sum if all terms have the same unit.
     let lengths = terms.iter().filter(|t| is_slider(d, &t.coordinate)).count();
     let unit = match lengths {
         0 => number("rad"),
@@ -307,7 +307,7 @@ fn contacts(cx: &mut Cx, key: &str, v: &Located, d: &mut Description) {
             VisualShape::Shape(Shape::Ellipsoid { half }) => {
                 Geometry::Ellipsoid { radii: half.into() }
             }
-            // Other shapes have already been rejected.
+            // Other shapes have already been rejected with an error.
             _ => continue,
         };
         let shape = BodyShape::new(&link, ShapeRole::Contact, s.pose, geometry);

@@ -56,7 +56,7 @@ pub(crate) fn convert(name: &str, d: &Description, collide: Collide) -> Converte
     d.builder.nodes().iter().for_each(|n| nodes_of.entry(&n.body).or_default().push(n));
     let initial: BTreeMap<&str, &Initial> =
         d.initial.iter().map(|i| (i.body.as_str(), i)).collect();
-    let mut places: BTreeMap<String, String> = BTreeMap::new(); // of nodes
+    let mut places: BTreeMap<String, String> = BTreeMap::new(); // full paths of nodes
     // A body whose load is measured stays a separate body, even if its hinge is locked.
     let measured: BTreeSet<&str> = (d.devices.iter())
         .filter_map(|device| match &device.kind {
@@ -85,7 +85,8 @@ pub(crate) fn convert(name: &str, d: &Description, collide: Collide) -> Converte
             .collect();
         push(&mut out, "shapes", Value::List(shapes));
         if let Some(i) = initial.get(spec.name.as_str()) {
-            // The reference configuration of the file. Where the machine has closed loops, it is approximate, so that it follows explicit values.
+            // Write the reference configuration of the file. In a machine with closed loops it is approximate, so that
+            // it is adjusted to explicit values.
             let free = spec.hinge.subhinges.iter().any(|s| s.kind == SubhingeKind::Free);
             let loops = d.builder.loops().iter().chain(&d.loops).count();
             let couplings = d.builder.couplings().iter().chain(&d.couplings).count();
@@ -180,7 +181,8 @@ fn couplings(
     for c in d.builder.couplings().iter().chain(&d.couplings) {
         let term = |t: &Term| (devices::coordinate(&t.coordinate, &specs, bodies), t.factor);
         let terms: Vec<(String, f64)> = c.terms.iter().map(term).collect();
-        // A map is read in the order of bodies and subhinges; a list keeps its order.
+        // The terms of a map are sorted by body and subhinge when it is read. Write a list if the
+        // order is different.
         let place = |t: &Term| (bodies.get(&t.coordinate.body), t.coordinate.subhinge);
         let written = match c.terms.is_sorted_by(|a, b| place(a) < place(b)) {
             true => {
@@ -282,7 +284,7 @@ impl Groups {
     /// The groups of a shape of the description.
     fn of(&self, shape: usize) -> ShapeGroups {
         if self.names.len() < 2 {
-            return ShapeGroups::default(); // one class: all collide
+            return ShapeGroups::default(); // with one class, all shapes collide
         }
         let class = self.classes.of[shape];
         let used = |k: &&usize| **k > 0 || self.outside[class];
@@ -305,7 +307,7 @@ fn surface_of(s: &BodyShape, groups: &ShapeGroups) -> Vec<(String, Located)> {
         push(&mut out, "group", Value::Text(group.clone()));
     }
     if let Some(meets) = &groups.meets {
-        // An empty list is written, too: the shape does not collide with anything.
+        // Write an empty list, too: it means that the shape does not collide with anything.
         out.push(("meets".into(), texts(meets).into()));
     }
     for (field, x) in [

@@ -35,7 +35,8 @@ pub(crate) fn add(
     });
     let mut found: BTreeMap<(&str, bool), String> = BTreeMap::new();
     for device in order {
-        // Paths of parts and bodies must differ, because their variables have paths of the same form.
+        // The names of parts and bodies must differ, because the paths of their variables have the
+        // same form.
         let taken = |n: &str| {
             assembly.parts.contains_key(n)
                 || assembly.exports.contains_key(n)

@@ -185,7 +185,7 @@ fn add_pairs(to: &mut AssemblyForm, more: Option<Located>) {
     let Some(more) = more else { return };
     match (&mut to.ignore, more.value) {
         (Some(Located { value: Value::List(own), .. }), Value::List(pairs)) => own.extend(pairs),
-        (Some(_), _) => {} // reported where it is read
+        (Some(_), _) => {} // the reader reports this
         (none, value) => *none = Some(Located { value, origin: more.origin }),
     }
 }
@@ -318,7 +318,7 @@ fn leave_out(import: &ImportForm, d: &mut Description) -> Vec<String> {
             Optional::Couplings => {
                 out.extend(d.couplings.drain(..).map(|c| format!("coupling `{}`", c.name)));
             }
-            // Omitted wheels are not reported: the assembly has its own parts for them.
+            // The assembly has its own parts for wheels, so do not report them as left out.
             Optional::Wheels => d.wheels.clear(),
             Optional::Loops => out.extend(d.loops.drain(..).map(|l| format!("loop `{}`", l.name))),
             Optional::Actuators | Optional::Tendons | Optional::Sensors => {

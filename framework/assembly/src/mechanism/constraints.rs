@@ -127,7 +127,7 @@ fn motions(cx: &mut Cx, v: Option<&Located>, hinge: &Hinge, at: &At<'_>) -> Vec<
         return Vec::new();
     }
     if given.subhinges.iter().any(|s| s.kind.nv() != 1) {
-        // The builder checks which subhinges can be prescribed.
+        // The builder reports subhinges that cannot be prescribed.
         return Vec::new();
     }
     let (q, rates, _) = initial::read(cx, v, &given, &at.field("initial"));
@@ -178,7 +178,7 @@ fn coupling(
         return None;
     }
     if !keeps_order {
-        // Sorted, because the order of a map must not affect the result.
+        // Sort the terms, because the order of a map must not affect the result.
         terms.sort_by_key(|t| (t.0.at.body.clone(), t.0.at.subhinge));
     }
     let powers = powers(cx, (root, here, bodies), (&form, item), (&terms, &at))?;
@@ -233,7 +233,7 @@ fn powers(
         cx.fault(place, message, "leave out `solve`, or write `solve: Augment`");
         return None;
     }
-    // Sorted, because the order of a map must not affect the result.
+    // Sort the terms, because the order of a map must not affect the result.
     out.sort_by_key(|(f, _)| (f.at.body.clone(), f.at.subhinge));
     Some(out)
 }

@@ -84,7 +84,7 @@ pub(crate) fn read(
         let message = format!("`{}` and `{}` both write `contact`", here.path, other.path);
         cx.fault(again.origin, message, "write it once, in the simulation");
     }
-    // `None` and `()` have the same value; the text distinguishes them.
+    // `None` and `()` have the same value, so look at the text to distinguish them.
     let place = (v.origin.start as usize)..(v.origin.end as usize);
     let source = cx.sources.files.get(v.origin.file as usize).and_then(|(_, t)| t.get(place));
     if v.value == Value::Null && source.is_some_and(|t| t.trim() == "None") {
@@ -133,7 +133,8 @@ pub(crate) fn read(
         written: of_impulses(v, &form, colliders),
     };
     out.resolved = Some(resolved(v, &out));
-    // In the resolved text, assemblies keep their own pairs.
+    // The resolved text contains these pairs in its assemblies, so add them only after it was
+    // written.
     out.rules.ignore.extend(own);
     out
 }
@@ -167,7 +168,7 @@ fn of_impulses(v: &Located, form: &ContactForm, colliders: &[Collider]) -> Vec<S
         origin,
         idle: idle.clone(),
     };
-    // All fields of `contact` have one origin, so that they are one warning.
+    // All fields of `contact` have the same origin, so that they are reported in one warning.
     let written = OF_IMPULSES.iter().filter(|name| v.get(name).is_some());
     let mut out: Vec<Setting> =
         written.map(|name| setting("`contact`".into(), name, v.origin)).collect();
@@ -176,7 +177,7 @@ fn of_impulses(v: &Located, form: &ContactForm, colliders: &[Collider]) -> Vec<S
         let owner = format!("`contact`: pair of `{}` and `{}`", a.text, b.text);
         out.push(setting(owner, "restitution", a.origin));
     }
-    // Colliders of an imported file have the place of its import.
+    // The origin of all colliders of an imported file is the import.
     let mut bouncing: BTreeMap<Origin, Vec<&str>> = BTreeMap::new();
     for c in colliders.iter().filter(|c| c.restitution.is_some()) {
         bouncing.entry(c.origin).or_default().push(&c.spec.name);
@@ -301,7 +302,7 @@ fn apart(cx: &mut Cx, instances: &[&Instance], bodies: &Bodies) -> Vec<Vec<Strin
         outer.is_empty() || rest.is_some_and(|r| r.is_empty() || r.starts_with('.'))
     };
     let mut machines: Vec<&Instance> = Vec::new();
-    // Outer assemblies come first.
+    // Outer assemblies precede the assemblies inside them.
     for here in instances {
         let Some(written) = &here.self_collision else { continue };
         let name = if here.path.is_empty() { "simulation" } else { &here.path };

@@ -16,13 +16,13 @@ pub(crate) fn fault_origin(
 ) -> Option<Origin> {
     let body = |name: &str| bodies.get(name).map(|(b, _)| b);
     let constraint = |name: &str| constraints.get(name).copied();
-    // A body, or a node of one.
+    // Finds the origin of a body or of a node on a body.
     let hanging = |place: &str| {
         let node = named(place, "node").and_then(|n| n.rsplit_once('/'));
         let of_node = node.and_then(|(b, n)| body(b)?.nodes.iter().find(|x| x.0 == n).map(|x| x.2));
         of_node.or_else(|| body(named(place, "body")?).map(|b| b.origin))
     };
-    // The body on a hinge, or the position of a number.
+    // Finds the origin of a loop, a coupling, or the body whose hinge or number is faulty.
     let any = |what: &str| {
         let kinds = ["loop", "coupling"];
         let loops = kinds.iter().find_map(|kind| constraint(named(what, kind)?));

@@ -145,7 +145,7 @@ impl Kind for Number {
         self.in_range(cx, v, at, x)
     }
     fn write(&self, x: &f64) -> Value {
-        // An absent field stands for infinity. NaN is written, so that the reader rejects it.
+        // An absent field stands for infinity. Write NaN as it is, so that the reader rejects it.
         if x.is_infinite() { Value::Null } else { Value::Number(*x) }
     }
     fn describe(&self) -> Schema {
@@ -424,7 +424,7 @@ impl<A: Kind, B: Kind<Of = A::Of>> Kind for Short<A, B> {
     type Of = A::Of;
     fn read(&self, cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<A::Of> {
         match v.value {
-            // `()` is the long form without fields.
+            // `()` is the long form with all fields left out.
             Value::Map(_) | Value::Null => self.1.read(cx, v, at),
             _ => self.0.read(cx, v, at),
         }

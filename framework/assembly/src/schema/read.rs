@@ -230,7 +230,7 @@ pub(crate) fn period(cx: &mut Cx, v: &Located, what: impl Display) -> Option<Sec
     match Seconds::period(&v.value) {
         Ok(s) => Some(s),
         Err(fact) => {
-            // Only the fact, because the help contains the remedy.
+            // Remove the remedy from the message, because the help contains it.
             let fact = fact.split(": write").next().unwrap_or(&fact).replace('"', "");
             let fact = fact.replace("a period", "a time");
             let help = "write \"50 Hz\", \"20 ms\", \"2 min\" or a number of seconds";

@@ -149,7 +149,7 @@ fn show(q: &Quantity, written: Option<&str>) -> Value {
     if q.exponents == [0; 8] {
         return Value::Number(q.value);
     }
-    // The unit as written if it is SI, otherwise base units.
+    // Show the unit as it is written if it is an SI unit, otherwise show base units.
     let coherent =
         written.filter(|u| Unit::parse(u).is_ok_and(|u| u.scale == 1.0 && u.offset == 0.0));
     match coherent {
@@ -190,7 +190,8 @@ pub(crate) fn bind(
             }
         }
     }
-    // Defaults may depend on other parameters: repeatedly evaluate those whose parameters are all known.
+    // Defaults may depend on other parameters, so repeatedly evaluate those defaults whose parameters
+    // are all known.
     while !waiting.is_empty() {
         let before = waiting.len();
         let names: Vec<String> = waiting.iter().map(|(k, _)| (*k).clone()).collect();
@@ -199,7 +200,7 @@ pub(crate) fn bind(
         });
         waiting = rest;
         for (key, decl) in ready {
-            // A parameter for which there is a misspelt value is not reported as missing.
+            // A parameter whose name was misspelt in the list of values is not reported as missing.
             if decl.default.is_none() && meant.contains(&key.as_str()) {
                 env.insert(key.clone(), refused(key, origin));
                 continue;

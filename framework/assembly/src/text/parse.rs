@@ -34,7 +34,8 @@ pub(crate) fn parse_once(cx: &mut Cx, file: u32) -> Option<Arc<Once>> {
             let value = read(cx, file);
             let keys = std::mem::replace(&mut cx.keys, others);
             let Some(value) = value.filter(|_| cx.faults.len() == faults) else {
-                // A caller without sharing reads it again and reports the faults.
+                // Discard the faults: the caller reads the text again without sharing and reports
+                // them then.
                 cx.faults.truncate(faults);
                 return None;
             };
@@ -65,7 +66,7 @@ fn read(cx: &mut Cx, file: u32) -> Option<Located> {
         cx.fault(*place, format!("`{name}` is written twice"), help);
     }
     if cx.keys.is_empty() {
-        // All at once: they need no place one by one.
+        // Build the map from all keys at once, which is faster than inserting them one by one.
         cx.keys = keys.into_iter().collect();
     } else {
         cx.keys.extend(keys);

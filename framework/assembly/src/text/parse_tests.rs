@@ -125,7 +125,7 @@ const SCRAPS: &[&str] = &[
 #[test]
 fn damaged_texts_are_read_as_ron_reads_them_or_rejected() {
     let all = texts();
-    // A linear congruential generator with a fixed seed.
+    // The numbers are from a linear congruential generator with a fixed seed.
     let mut seed = 20_261_126_u64;
     let mut below = |n: usize| {
         seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -134,7 +134,7 @@ fn damaged_texts_are_read_as_ron_reads_them_or_rejected() {
     let small: Vec<&String> = all.iter().map(|(_, text)| text).filter(|t| t.len() < 2000).collect();
     let mut read = 0;
     for round in 0..20_000 {
-        // A text of the repository, or only random fragments.
+        // Start from a text of the repository or from an empty text.
         let mut text = match round % 2 {
             0 => small[below(small.len())].clone(),
             _ => "A([])".to_string(),

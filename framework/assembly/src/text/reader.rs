@@ -23,7 +23,7 @@ pub(super) fn blank(text: &str) -> usize {
     let mut at = 0;
     loop {
         let rest = &text[at..];
-        // White space of one byte first: nearly all of it.
+        // Skip white space of one byte first, because nearly all white space is of this kind.
         let spaces = rest.bytes().take_while(|c| matches!(c, b' ' | b'\n' | b'\r' | b'\t')).count();
         let rest = &rest[spaces..];
         at += spaces;
@@ -239,7 +239,7 @@ impl<'t> Reader<'t> {
         {
             return Ok(Value::Number(number));
         }
-        // Whole numbers with signs, other bases, suffixes.
+        // A number may have a sign, another base or a suffix.
         self.skip(|c| c.is_ascii_alphanumeric() || b"_+-.".contains(&c));
         if self.at == start {
             return Err(self.stop("expected a value", ""));
@@ -287,7 +287,7 @@ impl<'t> Reader<'t> {
         let value = self.brackets()?;
         let mut content = Located { value, origin: self.origin(open) };
         if let Value::List(items) = &mut content.value {
-            // `Name(x)` holds x itself; `Name()` holds nothing.
+            // `Name(x)` contains x itself, and `Name()` contains no value.
             match items.len() {
                 0 => content.value = Value::Null,
                 1 => content = items.remove(0),
@@ -373,7 +373,7 @@ impl<'t> Reader<'t> {
         }
         let value = if word { self.word()?.value } else { self.quoted()? };
         match value {
-            // The place of a key is the place of the text between its quotes.
+            // The origin of a key is the text between its quotes.
             Value::Text(key) if !word => {
                 let origin = self.origin(start);
                 Ok((key, Origin { start: origin.start + 1, end: origin.end - 1, ..origin }))

@@ -63,7 +63,8 @@ impl Cx {
 
 /// Sorts faults by position and merges those of several instances of one text.
 pub fn tidy(mut faults: Vec<Fault>) -> Vec<Fault> {
-    // Wheel1 … Wheel6 have the same mistake in wheel.ron: the messages are equal except for digits.
+    // The same mistake in Wheel1 … Wheel6 is one mistake in wheel.ron, so compare messages without
+    // digits.
     let plain = |m: &str| m.chars().filter(|c| !c.is_ascii_digit()).collect::<String>();
     faults.sort_by_key(|f| f.origin);
     let mut kept: Vec<(usize, Fault)> = Vec::new();

@@ -74,7 +74,8 @@ fn drawn(fault: &Fault, sources: &Sources, look: Look) -> String {
     let Some((name, text)) = sources.files.get(fault.origin.file as usize) else {
         return plain(fault, sources) + "\n";
     };
-    // ariadne counts characters by default; a span must not be empty or extend over many lines.
+    // Offsets are bytes, whereas ariadne counts characters by default. A span must not be empty or
+    // extend over many lines.
     let whole =
         |at: u32| (0..=(at as usize).min(text.len())).rev().find(|k| text.is_char_boundary(*k));
     let start = whole(fault.origin.start).unwrap_or(0);

@@ -149,7 +149,8 @@ fn wires(node: &Node<'_>) -> Result<Vec<WireSpec>, Problem> {
         let fact = format!("it lists only `{}`", first.path);
         return Err((fact, "connect two different connectors".into()));
     }
-    // A connector that only provides a flow, such as the heat of a motor, has only some quantities of its source.
+    // A connector that only supplies a flow, such as the heat of a motor, has only some of the quantities of its
+    // counterpart.
     let kind = members.iter().map(Connector::quantities).max_by_key(BTreeSet::len);
     let kind = kind.unwrap_or_default();
     let differs = |m: &Connector| {

@@ -190,7 +190,7 @@ impl<'a> Wiring<'a> {
             let absent =
                 |end: &End, output: bool| end.port().is_some_and(|p| !self.exists(p, output));
             let pairs = match absent(&from, true) || absent(&to, false) {
-                // Reported by `compile`, which knows the other wires.
+                // `compile` reports mistakes here, because it has all wires.
                 true => vec![(from.ports[0].1.clone(), to.ports[0].1.clone())],
                 false => members((left, from), (right, to))?,
             };
@@ -461,7 +461,7 @@ impl<'a> Wiring<'a> {
             _ => None,
         };
         let Some(ports) = ports else { return Ok(vec![one(&bare, lane)]) };
-        // A port whose last index is a component of it.
+        // The last index selects a component of a port.
         let plain = rest[..rest.len() - 1].iter().all(|s| s.index.is_none());
         if plain && let Some(spec) = ports.iter().find(|p| p.name == bare) {
             let Some(Index::All) = last.index else { return Ok(vec![one(&bare, lane)]) };
@@ -473,7 +473,8 @@ impl<'a> Wiring<'a> {
             };
             return Ok(lanes.iter().enumerate().map(lane).collect());
         }
-        // Elements in the names of ports: `wheels[2].rate`, `wheels[*].rate`, and groups of them: `wheels[2]`.
+        // Ports can have indices in their names (`wheels[2].rate`). Such a name can also contain `[*]`, or
+        // name a group of ports (`wheels[2]`).
         let Some((before, after)) = written.split_once("[*]") else {
             return Ok(vec![named(&ports, part, &written).unwrap_or_else(|| match plain {
                 true => one(&bare, lane),

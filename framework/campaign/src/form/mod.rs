@@ -528,7 +528,7 @@ fn numbers(v: &Located) -> Option<Vec<Vec<f64>>> {
             .iter()
             .map(|i| if let Value::Number(x) = i.value { Some(x) } else { None })
             .collect(),
-        // A list of one number, such as `[1]`, counts as a number.
+        // A list of one number, such as `[1]`, counts as a number, too.
         Value::Number(x) => Some(vec![*x]),
         _ => None,
     };
@@ -612,7 +612,7 @@ mod tests {
                 }
             }
         }
-        // Both happen: the damage is neither without effect nor always fatal.
+        // The damage is neither always harmless nor always fatal.
         assert!(fine > 20 && refused > 1000, "{fine} read, {refused} refused");
     }
 }

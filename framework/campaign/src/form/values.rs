@@ -130,7 +130,7 @@ impl Reader {
 
     fn choice(&mut self, inner: &Located, origin: Origin, name: &str) -> Option<Distribution> {
         let what = format!("`{name}`: Choice");
-        // Short form `Choice(["a", "b"])`.
+        // This is the short form, `Choice(["a", "b"])`.
         let of = match &inner.value {
             Value::List(_) => Some(inner),
             _ => {

@@ -94,8 +94,8 @@ fn on_rim(
         if f.abs() <= 1e-15 * (way.norm() + r) {
             break;
         }
-        // Illinois rule: keep the other end while the sign changes between both, and halve its value when it is kept twice, because the derivative
-        // may have a kink.
+        // The Illinois rule keeps the other end while the sign changes between both, and halves its value when it is
+        // kept twice, because the derivative may have a kink.
         if f * before.1 < 0.0 {
             old = before;
         } else if f * old.1 < 0.0 {

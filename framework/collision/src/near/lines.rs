@@ -53,7 +53,7 @@ pub(super) fn segment_box(a: &Placed, h: f64, b: &Placed, half: &Vec3) -> Gap {
         let x = p + u * t;
         Vec3::new(beyond(x.x, half.x), beyond(x.y, half.y), beyond(x.z, half.z))
     };
-    // Bounds with f' < 0 and f' > 0; none at first.
+    // The bounds have f' < 0 and f' > 0. At first there are none.
     let (mut lo, mut hi) = (-2.0 * h, 2.0 * h);
     let mut t = (-p.dot(&u)).clamp(-h, h);
     let mut e = outside(t);
@@ -86,7 +86,7 @@ pub(super) fn segment_box(a: &Placed, h: f64, b: &Placed, half: &Vec3) -> Gap {
 pub(super) fn segment_cylinder(a: &Placed, h: f64, b: &Placed, r: f64, height: f64) -> Gap {
     let z: Vec3 = a.R.column(2).into_owned();
     let (p, u) = (b.R.tr_mul(&(a.p - b.p)), b.R.tr_mul(&z));
-    // The vector from the nearest point of the cylinder, f' and f''.
+    // The function returns the vector from the nearest point of the cylinder, f' and f''.
     let at = |t: f64| {
         let x = p + u * t;
         let s = (x.x * x.x + x.y * x.y).sqrt();
@@ -94,7 +94,8 @@ pub(super) fn segment_cylinder(a: &Placed, h: f64, b: &Placed, r: f64, height: f
         let e = Vec3::new(x.x * part, x.y * part, beyond(x.z, height));
         let across = x.x * u.y - x.y * u.x;
         let turn = across * across;
-        // Next to the cylinder: ρ'² + (1 − r/s) × the square of the tangential part of u; above it: u_z².
+        // f'' next to the cylinder is ρ'² + (1 − r/s) × the square of the tangential part of u; above it,
+        // u_z².
         let beside = if s > r {
             let out = x.x * u.x + x.y * u.y;
             (out * out + part * turn) / (s * s)

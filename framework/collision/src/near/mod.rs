@@ -71,7 +71,7 @@ pub(crate) fn near(a: &Placed, b: &Placed, limit: f64, start: &Vec3, size: f64) 
             _ => return Near::Unsure,
         },
     };
-    // Overlapping cores are within every limit.
+    // The cores overlap or nearly overlap, whatever the limit is.
     match gap.d {
         d if !(d > NEARLY * size) => Near::Unsure,
         d if d > limit => Near::Far,

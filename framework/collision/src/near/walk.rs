@@ -128,7 +128,8 @@ pub(super) fn walk(a: &Placed, b: &Placed, limit: f64, enough: f64, start: &Vec3
     for _ in 0..MOST {
         let d = square.sqrt();
         if d <= 1e-14 * scale || d <= enough {
-            // Computed with the weights, because v has fewer accurate digits for a narrow triangle.
+            // Compute the point from the weights, because v has fewer accurate digits for a narrow
+            // triangle.
             let within = s.point().norm() <= enough.max(1e-13 * scale);
             return if within { End::Within } else { End::Lost };
         }
@@ -161,7 +162,7 @@ pub(super) fn walk(a: &Placed, b: &Placed, limit: f64, enough: f64, start: &Vec3
     }
     s.weigh(&v);
     let pa = (1..s.n).fold(s.c[0].a * s.u[0], |p, i| p + s.c[i].a * s.u[i]);
-    // Computed with the weights, so that the end points lie between corners.
+    // Compute the vector from the weights, so that the end points lie between corners.
     End::Apart(Gap::new(a.p + pa, -s.point()), bound)
 }
 

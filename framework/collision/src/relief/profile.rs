@@ -109,7 +109,7 @@ impl Peaks {
         if (from.1 < 0.0) == (to.1 < 0.0) {
             return;
         }
-        // Regula falsi, continuous in its data.
+        // Regula falsi, because its result depends continuously on the data.
         let between = |a: (f64, f64), b: (f64, f64)| a.0 + (b.0 - a.0) * (a.1 / (a.1 - b.1));
         let (mut a, mut b) = (from, to);
         let mut u = between(a, b);
@@ -275,7 +275,7 @@ impl Profile {
         }
         let mut from = (0.0, piece.error(0.0));
         if let Some(e) = before {
-            // At a kink both sides have their own slope.
+            // At a kink, the slope on one side differs from the slope on the other.
             out.step(&piece, (0.0, e), from);
         } else if k == 0 && from.1 > 0.0 {
             out.push(&piece, 0.0);

@@ -102,7 +102,7 @@ fn plane_is_exact_at_any_attitude() {
 
 #[test]
 fn ball_and_bowl_have_the_closed_form() {
-    // A wheel in the plane y = 0 on the top or side of a cylinder across its path.
+    // The wheel in the plane y = 0 is on the top or at the side of a cylinder across its path.
     for (radius, sign) in [(0.3, 1.0), (0.15, 1.0), (2.0, -1.0), (0.6, -1.0)] {
         let ground = |x: f64, _: f64| {
             let rest = radius * radius - x * x;
@@ -168,7 +168,7 @@ fn lead(
         f(c, &now);
         let depth = now.iter().fold(0.0_f64, |a, d| a.max(d.depth()));
         let rise = (0.02 * (depth - target)).clamp(-hair, hair);
-        // Deep in a wall it rises only.
+        // If the wheel is deep in a wall, it rises without moving forward.
         c += Vec3::new(if depth > 1.5 * target { 0.0 } else { hair }, 0.0, rise);
     }
 }
@@ -177,7 +177,7 @@ fn lead(
 fn depth_and_press_are_continuous_over_steps_walls_ledges_ridges_and_relief() {
     let axle = unit(0.02, 1.0, 0.03);
     let mut all = Vec::new();
-    // Depth and press; on rigid ground 3 mm is deep, on soil 30 mm.
+    // The targets are depths: 3 mm is deep on rigid ground, and 30 mm on soil.
     for (steep, target, most) in
         [(false, 0.003, [4.0, 8.0]), (false, 0.03, [30.0, 80.0]), (true, 0.003, [12.0, 14.0])]
     {
@@ -211,7 +211,7 @@ fn depth_and_press_are_continuous_over_steps_walls_ledges_ridges_and_relief() {
 
 #[test]
 fn no_ground_is_missed() {
-    // Every 40th place in `.ci/verify damage`.
+    // `.ci/verify damage` tests every 40th position; otherwise every 160th is tested.
     let every = if std::env::var_os("LINKWORK_VERIFY").is_some() { 40 } else { 160 };
     for (steep, most) in [(false, 4.5e-3), (true, 12e-3)] {
         let mut worst = (0.0_f64, String::new());
@@ -226,7 +226,8 @@ fn no_ground_is_missed() {
                 for (k, disc) in discs.iter().enumerate() {
                     let c = centre + Vec3::y() * ((k as f64 - 1.0) * 0.4 / 3.0);
                     let want = dense(c, Vec3::x(), &ground).max(0.0);
-                    // In the plane of the disc; the depth of a patch is along the normal in space.
+                    // Compare depths in the plane of the disc; the depth of a patch is along the
+                    // normal in space.
                     let found = disc.patches().iter().fold(0.0_f64, |a, p| {
                         a.max(p.depth / (1.0 - p.normal.y * p.normal.y).sqrt())
                     });
@@ -247,7 +248,8 @@ fn no_ground_is_missed() {
 #[test]
 fn floor_and_wall_count_in_full_each() {
     let ground = ground_of(turned(0.0, step(0.5, 0.05)));
-    // 2 mm into the floor; the face is met at hub height, 12 mm deep, half way up the rise.
+    // The wheel is 2 mm deep in the floor. At hub height it is 12 mm deep in the face, half way up
+    // the rise.
     let reach = 0.238;
     let centre = Vec3::new(0.025 - reach, 0.0, 0.248);
     for disc in WHEEL.discs(centre, Vec3::y(), &ground) {
@@ -260,7 +262,7 @@ fn floor_and_wall_count_in_full_each() {
 
 #[test]
 fn a_wall_is_pushed_out_of_and_never_climbed_by_its_height() {
-    // Driven into a wall of any height the depth is how far it was driven.
+    // The depth in a wall of any height is the distance that the wheel was driven into it.
     for height in [0.4, 2.0, 20.0] {
         let ground = ground_of(turned(0.0, step(height, 0.05)));
         for into in [0.0, 0.01, 0.05, 0.1] {
@@ -275,7 +277,7 @@ fn a_wall_is_pushed_out_of_and_never_climbed_by_its_height() {
 fn a_buried_hub_is_lifted() {
     let ground = ground_of(|x, _| [0.1 * x, 0.1, 0.0]);
     let disc = WHEEL.discs(Vec3::new(0.0, 0.0, -0.05), Vec3::y(), &ground)[1];
-    // No deeper than its radius, however high the ground.
+    // The depth is at most the radius, however high the ground is.
     assert!((disc.depth() - 0.25).abs() < 1e-12 && disc.press().z > 0.0, "{disc:?}");
 }
 
@@ -283,7 +285,7 @@ fn a_buried_hub_is_lifted() {
 fn off_the_map_there_is_no_contact() {
     let discs = WHEEL.discs(Vec3::zeros(), Vec3::y(), &|_, _| None);
     assert!(discs.iter().all(|d| d.patches().is_empty()));
-    // Half of the wheel off the map: the half that has ground stands on it.
+    // Half of the wheel is outside of the map. The half above ground stands on it.
     let edge = |x: f64, _: f64| (x <= 0.0).then_some((0.0, Vec3::z()));
     let disc = WHEEL.discs(Vec3::new(-0.01, 0.0, 0.249), Vec3::y(), &edge)[1];
     assert!((disc.depth() - 0.001).abs() < 1e-9, "{disc:?}");

@@ -182,7 +182,7 @@ fn general(t: &Tile, b: &Placed, limit: f64, size: f64, room: &mut Room) {
         if legal(t, room, from) {
             return;
         }
-        // A core that does not touch the triangle itself is not below it either.
+        // If the core does not touch the triangle itself, points below the plane do not count.
         let floor = if depth > -TOUCH * size { 0.0 } else { f64::NEG_INFINITY };
         let own = Axis { n, sep: low - plane, source: Source::Face };
         across(a, b, &own, limit, size, room);

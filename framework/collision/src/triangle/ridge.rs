@@ -35,13 +35,14 @@ pub(super) fn ridge(
         }
     };
     for k in 0..3 {
-        // Lowest points along normals within a flat edge are within the slack.
+        // The lowest point is not outside of this edge.
         if out[k] <= 0.0 {
             continue;
         }
         let lean = t.lean(k, &sides[k]);
         if lean * b.core.radius() <= 0.5 * slack && lean <= 0.5 * LEAN {
-            // Beyond a flat or concave edge and below it: its corners may belong to convex edges.
+            // The core is outside of a flat or concave edge and below it. Its corners may belong to
+            // convex edges.
             if sep < -slack {
                 matches!(b.core, Core::Cylinder { .. }).then_some(())?;
             }
@@ -160,7 +161,7 @@ impl Wheel {
         let (n, turned) = (m * cos + t * sin, t * cos - m * sin);
         let w = n - self.z * self.z.dot(&n);
         let l = w.norm();
-        // The lowest point along the axis is not unique: NaN makes the search fail.
+        // The lowest point along the axis is not unique, so NaN makes the search fail.
         let u = if l > 1e-4 { w / l } else { Vec3::repeat(f64::NAN) };
         let p = self.c + self.z * (self.h * end) - u * self.r;
         let d = p - v;
@@ -189,13 +190,14 @@ impl Wheel {
         let ends = [end((0.0, 1.0)), end(far)];
         let last = self.slope(frame, far, ends[1]);
         if !(last.first <= 0.0) {
-            // While they overlap sep' may increase again, but not faster than the overlap.
+            // While the solids overlap, sep' may increase again, but not faster than the overlap
+            // permits.
             let sure = last.sep >= 0.0 || last.first > -4.0 * sep * sin;
             return sure.then_some(None);
         }
         let (mut lo, mut hi, mut side) = ((0.0, first), (far.0.atan2(far.1), last.first), ends[1]);
         if ends[0] != ends[1] {
-            // Here n is perpendicular to the axis: a line on the side is lowest.
+            // Here n is perpendicular to the axis, so a line on the side of the cylinder is lowest.
             let (x, y) = (t.dot(&self.z), -m.dot(&self.z));
             let turn = if y < 0.0 { (-y).atan2(-x) } else { y.atan2(x) };
             let at = turn.sin_cos();

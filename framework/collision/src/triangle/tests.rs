@@ -182,7 +182,8 @@ fn short_ways_agree_with_the_general_one() {
             let shows = |t: &&Tile, gap: f64| (separation(t, &c.core, &p.n) - gap).abs() < 1e-9;
             let (p, q) = (*p, *q);
             assert!(p.gap > q.gap && c.tiles.iter().any(|t| shows(&t, p.gap)), "{p:?} {q:?}");
-            // Of the triangle that the general way has it from, the short one's normal shows more.
+            // For the triangle from which the general method takes its contact, the normal of the
+            // short method has a greater separation.
             let from_it = |t: &&Tile| {
                 room.points.clear();
                 general(t, &c.core, c.limit, c.size, room);
@@ -251,7 +252,7 @@ fn a_field_with_holes_gives_the_triangles_that_a_box_meets() {
         s.near(&lo, &hi, &mut near);
         s.near_if(&lo, &hi, |_| false, |_, _| true, &mut kept);
         assert_eq!(near, kept);
-        // Every whole triangle that is inside in x, y and reaches the box is there; no hole is.
+        // Every whole triangle that reaches the box is found, and no hole is.
         for i in 0..count as u32 {
             let v = s.facet(i).v;
             let whole = v.iter().all(|p| !p.z.is_nan());
@@ -265,7 +266,7 @@ fn a_field_with_holes_gives_the_triangles_that_a_box_meets() {
         if near.is_empty() { none += 1 } else { some += 1 }
     }
     assert!(some > 500 && none > 200, "{some} {none}");
-    // A triangle next to a hole has a border there; a ray through a hole meets nothing.
+    // A triangle next to a hole has a border there, and a ray through a hole hits nothing.
     let (mut borders, mut through) = (0, 0);
     for i in 0..count as u32 {
         let t = s.facet(i);

@@ -102,7 +102,7 @@ pub fn calibrate_kinematics(
             if let Some(frame) = frame {
                 *frame = *frame * X;
             }
-            // The small corrections are added; the frames themselves are composed exactly.
+            // Add the small corrections for the report; the frames themselves are composed exactly.
             total[k].iter_mut().zip(d).for_each(|(t, d)| *t += d);
         }
         if !change.is_finite() {

@@ -64,7 +64,7 @@ impl FlexibleLayout {
     pub fn place(&mut self, mbs: &Multibody, on: BodyId, X: &Pose) -> Option<(Hang, Pose)> {
         let modes = mbs.get(on).modes()?;
         let set = self.sets.iter().position(|(b, _)| *b == on.index())?;
-        // Every frame of a valid mechanism has a carrier.
+        // In a valid mechanism, every frame has a carrier, so an error cannot occur.
         Some(match modes.place(X).ok()? {
             Carrier::Station { station, pose } => (self.own(set, modes, station), pose),
             Carrier::Between { station, pose } => {
@@ -124,7 +124,8 @@ impl FlexibleLayout {
             let (n, first, set) = (b.modes_v().len(), flex.stations.len(), flex.sets.len());
             for i in by_set.iter().filter(|i| self.stations[**i].0 == set) {
                 let s = &self.stations[*i].1;
-                // The mass properties were checked when the mechanism was built.
+                // The mass properties were checked when the mechanism was built, so an error cannot
+                // occur.
                 let own = s.mass.validate().unwrap_or_default();
                 let welded = self.welded.iter().filter(|(at, _)| at == i);
                 let inertia = welded.fold(own, |sum, (_, I)| sum + *I);

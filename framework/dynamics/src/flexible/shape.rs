@@ -68,7 +68,8 @@ impl Turn {
         let t = s.sqrt();
         let (sin, cos) = t.sin_cos();
         let (a, b) = ((1.0 - cos) / s, (t - sin) / (s * t));
-        // da/dθ = sin/θ² − 2 a/θ, db/dθ = (1 − cos)/θ³ − 3 b/θ, and d/ds = d/dθ / 2θ.
+        // The derivatives are da/dθ = sin/θ² − 2 a/θ, db/dθ = (1 − cos)/θ³ − 3 b/θ, and d/ds = d/dθ
+        // / 2θ.
         let a1 = (sin / t - 2.0 * a) / (2.0 * s);
         let b1 = (a - 3.0 * b) / (2.0 * s);
         Self { theta, sinc: sin / t, a, b, a1, b1 }

@@ -273,7 +273,7 @@ mod tests {
                 0.0,
             ));
         }
-        // Out of 300 cases.
+        // Measured out of 300 cases.
         assert!(known > 240, "{known}");
     }
 

@@ -226,7 +226,7 @@ impl InverseKinematics {
         for (k, c) in tree.multibody().couplings().iter().enumerate() {
             let d = -c.error(q);
             self.e[row] = self.closing * d;
-            // Its unit is the unit of its first coordinate.
+            // The unit of the error is the unit of the first coordinate.
             let (body, which) = (c.bodies.first(), c.coupling.terms.first());
             let subhinge = body
                 .zip(which)

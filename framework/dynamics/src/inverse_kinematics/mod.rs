@@ -367,7 +367,7 @@ fn solve_spd(A: &mut [f64], b: &mut [f64]) -> bool {
 #[inline(always)]
 fn factor(n: usize, A: &mut [f64]) -> bool {
     for j in 0..n {
-        // Rows from j on, with the first one separate.
+        // These are the rows from j on, with the first one separate.
         let (first, rest) = A[j * n..].split_at_mut(n);
         let (left, at) = (&first[..j], j);
         let x = first[at] - left.iter().map(|x| x * x).sum::<f64>();

@@ -162,7 +162,8 @@ impl Effort {
         let way = |refused: usize| self.iterations.saturating_add(1).saturating_add(refused);
         let starts = self.restarts.saturating_add(1);
         let plain = way(refused.min(most)).saturating_mul(starts.saturating_add(1));
-        // Rounds and starts with closures alone may have any cost.
+        // With closures there are additional rounds and starts for the closures alone, and each may
+        // take the maximum number of steps.
         let more = starts.saturating_add(2 * ROUNDS + 2).saturating_mul(way(most));
         plain.saturating_add(if closures { more } else { 0 })
     }
@@ -393,7 +394,8 @@ impl InverseKinematics {
     /// Ends a start: keeps the best result, then continues with another start, with the best result, or with closing what is open.
     fn end_start(&mut self, tree: &Tree) {
         if !matches!(self.search.stage, Stage::Step | Stage::Last) {
-            // The last step may have been refused.
+            // The last step may have been rejected, so evaluate the errors at the present
+            // configuration.
             self.look_at_now(tree);
         }
         match self.search.stage {
@@ -422,7 +424,7 @@ impl InverseKinematics {
                 if self.is_closed() {
                     self.search.stage = Stage::Nearest;
                 } else {
-                    // The search for a different minimum begins here.
+                    // The rounds search for another minimum, so forget the least cost so far.
                     self.search.least = f64::NEG_INFINITY;
                     self.multiply(tree);
                 }

@@ -112,7 +112,8 @@ impl Pointing {
         let (sin, cos) = (cross.norm(), d.dot(&a));
         let n = match sin > 1e-12 {
             true => cross / sin,
-            // Parallel or antiparallel: every perpendicular rotation axis is possible.
+            // The directions are parallel or antiparallel: every perpendicular rotation axis is
+            // possible.
             false => {
                 let mut least = Vec3::zeros();
                 least[d.iamin()] = 1.0;

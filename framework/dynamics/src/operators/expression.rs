@@ -200,7 +200,7 @@ impl Operator {
         }
         let like = Sound { expr: Arc::new(Expr::Identity), system, size: size.clone() };
         let product = match factors.len() {
-            // `I` times an operator is the operator.
+            // All factors were identities.
             0 => Self::identity(),
             1 => factors.swap_remove(0),
             _ => Self::of(&like, Expr::Product(factors), size),

@@ -136,7 +136,7 @@ impl Snapshot {
                 return false;
             }
             if n == 6 {
-                // G = P H* (H P H*)⁻¹ = H⁻¹ = H*, and a free hinge transmits nothing.
+                // For a free hinge G = P H* (H P H*)⁻¹ = H⁻¹ = H*, so it transmits nothing.
                 self.G[v..v + n].copy_from_slice(H);
                 P_plus = Matrix6::zeros();
             } else {

@@ -131,7 +131,7 @@ impl<'a> Sweep<'a> {
                 self.blocks(|_, k| &all[k], x, out);
             }
             (Symbol::MInv, _) => {
-                // The symbol exists only if there is an inverse.
+                // This symbol exists only if M is invertible, so the default is never used.
                 let all = self.s.M_inv().unwrap_or(&[]);
                 self.blocks(|_, k| &all[k], x, out);
             }

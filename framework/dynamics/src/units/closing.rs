@@ -32,7 +32,8 @@ impl Units {
                 continue;
             }
             let (wide, r) = (agg.dofs.len() + 1, m.pivots.len());
-            // Compute the force on each member with everything that hangs on it, then T + Γ* λ in the array of rates.
+            // Compute the force on each member and everything outboard of it; then add T + Γ* λ to the array of
+            // rates.
             for (place, slot) in agg.links.iter().enumerate() {
                 let own = uw.alpha[*slot as usize].to_child(uw.r[*slot as usize]);
                 m.force[place] = m.P[place].apply(&(own + minus(m.A[place]))) + m.z[place];

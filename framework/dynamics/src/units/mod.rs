@@ -429,7 +429,7 @@ fn members(tree: &Tree, slots: &[u32], ends: Ends) -> BTreeSet<u32> {
 /// Returns the slots whose hinge moves nothing that has inertia in the tree; sweeps over the tree alone cannot determine their accelerations.
 fn massless(tree: &Tree) -> BTreeSet<u32> {
     let mut solid = vec![false; tree.slots()];
-    // Outboard links come last.
+    // Iterate in reverse, because outboard links have higher indices.
     for (k, link) in tree.links.iter().enumerate().rev() {
         let J = [link.J.xx, link.J.yy, link.J.zz];
         solid[k + 1] |= link.m > 0.0 || J.iter().any(|x| *x > 0.0);
@@ -437,7 +437,8 @@ fn massless(tree: &Tree) -> BTreeSet<u32> {
             solid[link.parent as usize] = true;
         }
     }
-    // Bodies on a flexible body hang on one of its stations, which are treated by rows anyway.
+    // Bodies on a flexible body are outboard of one of its stations; loops through these always
+    // become rows.
     let free = |l: &Link| l.coordinate == Coordinate::Free && l.armature == 0.0 && l.kind.nv() > 0;
     let links = tree.links.iter().enumerate();
     links.filter(|(k, l)| free(l) && !solid[k + 1]).map(|(k, _)| k as u32 + 1).collect()
@@ -478,7 +479,7 @@ fn merge(
         } else if !links.is_empty() {
             out.push((links, ids));
         } else {
-            // Both ends are on one link: this row has no rate, which the augmented solver reports.
+            // Both ends are on one link, so this row has no rate. The augmented solver reports it.
             augmented.extend(ids);
         }
     }

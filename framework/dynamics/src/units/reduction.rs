@@ -120,7 +120,8 @@ impl Units {
         let bounds = m.size.iter().zip(&mut m.part);
         for (row, (bound, part)) in m.gamma.chunks_exact_mut(wide).zip(bounds) {
             let greatest = row[..size].iter().fold(0.0, |a, x| nan_max(a, x.abs()));
-            // If terms of a row cancel, its largest number is below the bound, for example where links are in line. Couplings have no bound.
+            // If the terms of a row cancel, for example because links are in line, its largest entry is far below the
+            // bound. Couplings do not have a bound.
             *part = if *bound > 0.0 { greatest / bound.sqrt() } else { 1.0 };
             if greatest <= REDUNDANT * bound.sqrt() {
                 row[..size].fill(0.0);

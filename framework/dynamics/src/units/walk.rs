@@ -48,7 +48,7 @@ impl RowSet {
                     for (end, slot) in closure.slots.into_iter().enumerate() {
                         if slot != 0 {
                             let arm = uw.r[slot as usize] + ends.arms[end];
-                            // z is the negative force.
+                            // z is the negative of the force on the body.
                             let z = rows.wrench.to_parent(arm.block());
                             self.ends.push((slot, if end == 1 { minus(z) } else { z }));
                         }
@@ -293,7 +293,7 @@ impl RowSet {
         for (e, f) in e.iter().zip(&uw.e[first..]) {
             sums.free = e.mul_add(f64x4::splat(*f), sums.free);
         }
-        // The last rate comes first.
+        // The rates are stored in reverse order.
         let least = last - (first + floating::RATES - 1) as u32;
         self.dof.extend(std::array::from_fn::<u32, { floating::RATES }, _>(|i| least + i as u32));
         self.e.extend(std::array::from_fn::<_, { floating::RATES }, _>(|i| {
@@ -359,7 +359,7 @@ impl RowSet {
         let (size, n, from) = (agg.dofs.len(), m.n, self.e.len());
         let first = units.first[unit as usize] as usize;
         let (last, group) = ((units.independent as u32).wrapping_sub(1), self.groups.len() as u32);
-        // Rows of this unit, the last rate first.
+        // The rates of this unit are stored in reverse order.
         for j in (0..n).rev() {
             self.dof.push(last - (first + j) as u32);
             self.e.push([0.0; WIDTH]);

@@ -39,7 +39,7 @@ impl Rng {
         (0..n).map(|_| self.signed()).collect()
     }
     pub fn mass(&mut self) -> MassProperties {
-        // Second moments of a mass distribution: any positive values are physical.
+        // Second moments of a mass distribution: all positive values are physical.
         let s = Vec3::new(self.signed().abs(), self.signed().abs(), self.signed().abs()) * 0.1;
         let principal = Mat3::from_diagonal(&Vec3::new(s.y + s.z, s.x + s.z, s.x + s.y));
         let R = self.quat().to_rotation_matrix().into_inner();
@@ -234,7 +234,7 @@ pub fn robot(name: &str) -> Option<Robot> {
         let body = mbs.get(mbs.body(j["name"].as_str().expect("name")).expect("body"));
         let (q, v) = (body.q(), body.v());
         if v.len() == 6 {
-            // The reference has [v; ω], Linkwork [ω; v].
+            // The reference orders rates as [v; ω], Linkwork as [ω; v].
             v_map.extend([3, 4, 5, 0, 1, 2].map(|i| v.start + i));
         } else {
             v_map.extend(v);

@@ -307,7 +307,8 @@ fn wrist(arm: &Arm, first: First, X: &Pose, near: &[f64; 6], out: &mut Solutions
     let at = X.position - R * (tip.position - p[3]);
     let mut orient = |q: [f64; 3]| {
         let back = |v: Vec3| (0..3).fold(v, |v, i| turned_back(&h[i], q[i], &v));
-        // Direction of the last axis before the rotations of the wrist; then solve for q₅, q₄ and q₆.
+        // Compute the direction of the last axis before the rotations of the wrist; then solve for
+        // q₅, q₄ and q₆.
         let out6 = back(R * h[5]);
         for q5 in height(&h[4], &h[3], &h[5], h[3].dot(&out6), near[4]).iter() {
             let bent = turned(&h[4], q5, &h[5]);
@@ -374,7 +375,7 @@ fn parallel(arm: &Arm, X: &Pose, near: &[f64; 6], out: &mut Solutions) {
     for q1 in height(&-h[0], &n, &to, n.dot(&(p[4] - p[0])), near[0]).iter() {
         let back = |v: Vec3| turned_back(&h[0], q1, &v);
         for q5 in height(&h[4], &n, &h[5], n.dot(&back(R * h[5])), near[4]).iter() {
-            // The direction n in the frame of the tip.
+            // This is the direction n in the frame of the tip.
             let seen = R.inverse() * turned(&h[0], q1, &n);
             let q6 = onto(&-h[5], &turned_back(&h[4], q5, &n), &seen, near[5]);
             let off = across(&n);

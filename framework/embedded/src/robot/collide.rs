@@ -466,7 +466,8 @@ impl Robot {
         let tip = |p: Part| self.model.chain(p).map(|c| c.tip_body).ok();
         let hands = [Some(hold.hand.0), hold.second.map(|s| s.0)];
         let apart = hands.into_iter().flatten().all(|p| tip(p) != tip(part));
-        // Two objects in one hand are one rigid body; a body that a hinge joins to it is its neighbour and may touch it.
+        // Two objects in one hand are one rigid body. A body that a hinge connects to this rigid body is its neighbour
+        // and may touch it.
         apart
             || match (link, to) {
                 (Link::Welded, Link::Welded) => false,

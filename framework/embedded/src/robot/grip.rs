@@ -79,7 +79,8 @@ impl Hand {
         }
         let mut v = -u;
         v[0] = p;
-        // Derivatives of u with respect to the unknowns; the last one enlarges the cone.
+        // The columns are the derivatives of u with respect to the unknowns; the last one enlarges
+        // the cone.
         let mut D = SMatrix::<f64, 6, 7>::zeros();
         D.fixed_columns_mut::<6>(0).copy_from(&self.B);
         D[(0, 6)] = 1.0;

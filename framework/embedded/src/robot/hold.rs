@@ -204,7 +204,8 @@ impl Robot {
         let mut sum = *model.multibody().get(body).inertia();
         for (hold, load) in self.holds.iter().zip(&self.loads) {
             let Some(Hold { hand: (part, X), .. }) = hold else { continue };
-            // Two parts may have their tips on the same body.
+            // Compare bodies instead of parts, because two parts may have their tips on the same
+            // body.
             if model.chain(*part)?.tip_body == body {
                 sum += load.rotate(&X.rotation).shift_to_parent(&X.position);
             }

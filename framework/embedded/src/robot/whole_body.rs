@@ -137,7 +137,7 @@ impl WholeBody {
         self.bounds(touches, effort);
         let help = "give finite limits, and contacts at different points";
         let failed = RobotError::Singular { what: "whole-body forces", help };
-        // Level 1: degrees of freedom without an actuator.
+        // Level 1 sets the forces of degrees of freedom without an actuator to zero.
         let mut rows = 0;
         for j in (0..nv).filter(|j| effort[*j] == 0.0) {
             self.force_row(j, touches.len());
@@ -147,7 +147,7 @@ impl WholeBody {
         }
         let met = self.problem.level(&self.A[..n * rows], &self.b[..rows]);
         let unbalanced = met.map_err(|_| failed)?.residual;
-        // Level 2: contact points do not accelerate.
+        // Level 2 prevents that contact points accelerate.
         self.A[..3 * n * touches.len()].fill(0.0);
         for k in 0..touches.len() {
             for i in 0..3 {
@@ -159,7 +159,7 @@ impl WholeBody {
         let rows = 3 * touches.len();
         let met = self.problem.level(&self.A[..n * rows], &self.b[..rows]);
         let slipping = met.map_err(|_| failed)?.residual;
-        // Level 3: effort and normal force limits.
+        // Level 3 contains the limits of efforts and normal forces.
         self.row.fill(0.0);
         self.row[n - 1] = 1.0;
         self.problem.level(&self.row, &[0.0]).map_err(|_| failed)?;
@@ -171,7 +171,7 @@ impl WholeBody {
             self.problem.level(&self.A[..n * rows], &self.b[..rows]).map_err(|_| failed)?;
             level = Robot::next_level(objectives, Some(at));
         }
-        // Last level: minimum effort.
+        // The last level minimizes the effort.
         let mut rows = 0;
         for j in (0..nv).filter(|j| effort[*j] > 0.0) {
             self.force_row(j, touches.len());
@@ -207,7 +207,7 @@ impl WholeBody {
         if effort.len() != self.nv {
             return Err(RobotError::Length { what: "effort", got: effort.len(), wanted: self.nv });
         }
-        // The comparison is negated because NaN is also rejected.
+        // The negated comparison also rejects NaN.
         if let Some(value) = effort.iter().copied().find(|x| !(*x >= 0.0)) {
             let help =
                 "limits must not be negative; use zero for no actuator, infinity for no limit";

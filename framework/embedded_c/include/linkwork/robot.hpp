@@ -407,7 +407,7 @@ class Builder {
     return check(lw_builder_object_body(get(), name.c_str(), parent.c_str(), &hinge, at ? &*at : nullptr, mass,
                                         center.data(), inertia.data()));
   }
-  // Infinite for no limit.
+  // An infinite limit means that the hinge has no limit.
   Builder &limits(const std::string &body, double lower, double upper,
                   double rate = std::numeric_limits<double>::infinity(),
                   double effort = std::numeric_limits<double>::infinity()) {
@@ -523,7 +523,7 @@ class Robot {
     check(lw_robot_whole_jacobian(get(), part, J.data(), J.size()));
   }
 
-  // `gradient`: over the chain's degrees of freedom, or empty.
+  // The `gradient` is over the chain's degrees of freedom, or empty.
   LwManipulability manipulability(std::uint32_t part, std::uint32_t rows = LW_ROWS_ALL, double length = 1,
                                   Span<double> gradient = {}) {
     LwManipulability out;
@@ -584,7 +584,7 @@ class Robot {
   void held_still(Span<double> tau, Span<const LwPush> pushes = {}) {
     check(lw_robot_held_still(get(), pushes.data(), pushes.size(), tau.data(), tau.size()));
   }
-  // `tips`: six numbers for each part.
+  // The `tips` have six numbers for each part.
   void bias(Span<const double> v, Span<double> tau, Span<const std::uint32_t> parts = {},
             Span<double> tips = {}) {
     if (v.size() != tau.size() || tips.size() != 6 * parts.size())
@@ -631,7 +631,7 @@ class Robot {
   void add_hand_wrenches(std::uint32_t object, const std::array<LwWrench, 2> &wrenches, Span<double> tau) {
     check(lw_robot_add_hand_wrenches(get(), object, wrenches.data(), tau.data(), tau.size()));
   }
-  // weights: first hand, second hand, and 1 N m relative to 1 N.
+  // The weights are for the first hand, the second hand, and 1 N m relative to 1 N.
   LwHandWrenches split_hand_wrenches(std::uint32_t object, const std::array<LwWrench, 2> &wrenches,
                              std::array<double, 3> weights) {
     LwHandWrenches out;
@@ -707,7 +707,7 @@ class Robot {
     check(lw_robot_path_free_on(get(), pieces, &out));
     return out;
   }
-  // `q`: rows of nq numbers; `out`: one value for each row.
+  // The argument `q` has rows of nq numbers, `out` one value for each row.
   void collides_all(Span<const double> q, Span<bool> out) {
     check(lw_robot_collides_all(get(), q.data(), q.size(), out.data(), out.size()));
   }
@@ -863,7 +863,7 @@ class WholeBodyIk {
   }
   void keep(Robot &robot, std::uint32_t part) { robot.check(lw_whole_body_ik_keep(robot.get(), get(), part)); }
   void release(Robot &robot, std::uint32_t part) { robot.check(lw_whole_body_ik_release(robot.get(), get(), part)); }
-  // `residuals`: m and rad of each goal, or empty.
+  // The `residuals` are m and rad of each goal, or empty.
   LwAnswer solve(Robot &robot, Span<const LwTipGoal> goals, Span<double> q,
                  const LwEffort *effort = nullptr, Span<double> residuals = {}) {
     LwAnswer out;
@@ -903,7 +903,7 @@ class RateControl {
     robot.check(lw_rate_control_new(robot.get(), objectives, guards, &out));
     handle_.reset(out);
   }
-  // `residuals`: one number for each level, or empty.
+  // The `residuals` have one number for each level, or are empty.
   void solve(Robot &robot, Span<const LwObjective> objectives, double horizon, Span<double> v,
              Span<const LwGuard> guards = {}, Span<double> residuals = {}) {
     robot.check(lw_rate_control_solve(robot.get(), get(), objectives.data(), objectives.size(), horizon, guards.data(),
@@ -923,7 +923,7 @@ class WholeBody {
     robot.check(lw_whole_body_new(robot.get(), touches, objectives, &out));
     handle_.reset(out);
   }
-  // `forces`: three numbers for each contact point.
+  // The `forces` have three numbers for each contact point.
   LwBalanced solve(Robot &robot, Span<const double> v, Span<const double> effort,
                    Span<const LwTouch> touches, Span<const LwObjective> objectives, Span<double> tau,
                    Span<double> vdot, Span<double> forces) {
@@ -989,7 +989,7 @@ class Planner {
     robot.check(lw_planner_resume(robot.get(), get(), places, &out));
     return out;
   }
-  // `path`: nq numbers for each configuration.
+  // The `path` has nq numbers for each configuration.
   void path(Robot &robot, Span<double> path) {
     robot.check(lw_planner_path(robot.get(), get(), path.data(), path.size()));
   }

@@ -215,7 +215,8 @@ impl Formulas<'_> {
         let parse = |t: &str| t.trim().parse::<f64>().ok().filter(|x| x.is_finite());
         let found = match kind.as_str() {
             "real" | "integer" | "double" => parse(&e.text),
-            // <cn type="e-notation">1.2<sep/>-3</cn>: both texts joined, separated by white space.
+            // <cn type="e-notation">1.2<sep/>-3</cn>: the parser joins both texts with white space
+            // between them.
             "e-notation" => {
                 let mut parts = e.text.split_whitespace();
                 match (parts.next(), parts.next(), parts.next()) {
@@ -246,7 +247,7 @@ impl Formulas<'_> {
     }
 
     fn arguments(&mut self, all: &[Element]) -> Option<Vec<Expression>> {
-        // Read all of them, to report all mistakes.
+        // Read all arguments before returning, so that all mistakes are reported.
         let read: Vec<Option<Expression>> = all.iter().map(|e| self.read(e)).collect();
         read.into_iter().collect()
     }
@@ -257,7 +258,8 @@ impl Formulas<'_> {
         };
         let name = operator.name.rsplit(':').next().unwrap_or_default();
         let name = match name {
-            // <csymbol definitionURL="…#atan2">atan2</csymbol>, <ci type="function">atan2</ci>
+            // The operator is in the text: <csymbol definitionURL="…#atan2">atan2</csymbol> or <ci
+            // type="function">atan2</ci>.
             "csymbol" | "ci" => operator.text.as_str(),
             other => other,
         };

@@ -124,7 +124,7 @@ impl DaveModel {
                 Making::Formula(e) => e.value(values),
                 Making::Table(f) => {
                     let (y, margin) = f.value(values);
-                    // NaN is not inside.
+                    // The negated comparison also treats NaN as outside.
                     if !(margin >= inside) {
                         inside = margin;
                     }
@@ -132,7 +132,7 @@ impl DaveModel {
                 }
             };
             let [low, high] = self.variables[*place].limits;
-            // NaN stays NaN in `clamp`.
+            // `clamp` returns NaN for NaN.
             values[*place] = raw.clamp(low, high);
         }
         inside

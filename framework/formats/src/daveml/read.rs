@@ -140,7 +140,7 @@ impl Reader {
             self.fault(root, "", kind);
             return None;
         }
-        // Attributes that refer to the schema of the document.
+        // These attributes refer to the schema of the document, so mark them as read.
         for name in ["xmlns", "schemaLocation", "xsi:schemaLocation"] {
             root.attr(name);
         }
@@ -208,7 +208,7 @@ impl Reader {
             limits,
             id: id.clone(),
         };
-        // Attributes about axes, symbols and states only describe the variable.
+        // These attributes only describe the variable, so mark them as read.
         for word in ["axisSystem", "symbol", "alias"] {
             e.attr(word);
         }
@@ -288,7 +288,8 @@ impl Reader {
 
     fn function(&mut self, e: &Element, shared: &Shared<'_>, making: &mut [Option<Making>]) {
         e.attr("name");
-        // A simple function contains its points; others contain or refer to a definition.
+        // A simple function contains its points. Other functions contain a definition or refer to
+        // one.
         let read = match e.child("independentVarPts") {
             Some(_) => self.simple(e),
             None => self.gridded(e, shared),
@@ -434,7 +435,7 @@ impl Reader {
         let n = axes.len();
         let mut rows = Vec::new();
         for point in e.all("dataPoint") {
-            // The change of the file that added it.
+            // Mark the attribute that names the modification of the file as read.
             point.attr("modID");
             let row = self.list(point)?;
             if row.len() != n + 1 {
@@ -633,7 +634,7 @@ impl Reader {
         let by_id = ["varID", "signalID"].iter().find_map(|n| e.child_text(n));
         let (place, variable) = match (by_id, e.child_text("signalName")) {
             (Some((c, id)), name) => {
-                // Both may be present.
+                // A signal may have an identifier and a name; use the identifier.
                 let _ = name;
                 (c, self.ids.get(id).map(|v| v.0))
             }

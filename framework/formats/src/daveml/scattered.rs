@@ -241,7 +241,7 @@ mod tests {
             last = y;
         }
         let n = table.points.len();
-        // Euler's formula for n points, h of them on the hull.
+        // Euler's formula: n points, h of them on the hull, have 2 n − 2 − h triangles.
         assert_eq!(table.triangles.len(), 2 * n - 2 - table.hull.len());
         for Triangle { corners, .. } in &table.triangles {
             let [a, b, c] = corners.map(|k| table.point(k));

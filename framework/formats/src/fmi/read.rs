@@ -635,7 +635,7 @@ mod tests {
         refused(&TWO.replace("<Unknown index=\"4\"/>", "<Unknown index=\"9\"/>"), &["`9`"]);
         refused(&TWO.replace("derivative=\"1\"", ""), &["der(h)", "`derivative`"]);
         refused(&TWO.replace("name=\"n\"", "name=\"h\""), &["`h` is defined again"]);
-        // Several at once.
+        // Several mistakes are reported at once.
         let twice =
             TWO.replace("start=\"1\"", "").replace("causality=\"input\"", "causality=\"in\"");
         let twice = twice.replace("valueReference=\"1\"", "valueReference=\"-1\"");

@@ -78,7 +78,7 @@ pub(super) fn grid(
         }
     };
     let (nx, ny) = (count("ncols")?, count("nrows")?);
-    // A height has at least one digit and a space.
+    // Each height takes at least one digit and a space.
     bounded(bytes.len() as u64, nx, ny, 1)?;
     let missing = of("nodata_value");
     let (nx, ny) = (nx as usize, ny as usize);
@@ -138,7 +138,8 @@ pub(super) fn grid(
                 Horizontal::Degrees(ellipsoid) => {
                     (degrees_apart(ellipsoid, own, y, ny)?, [0.0, 0.0])
                 }
-                // The nodes of such files are 1 or 3 seconds of arc apart (0.0003 or 0.0008 degrees); no map has nodes less than a millimetre apart.
+                // Such files have nodes that are 1 or 3 arc seconds apart (0.0003 or 0.0008 degrees), whereas no map
+                // has nodes less than a millimetre apart.
                 Horizontal::Lengths(_) if projection.is_none() && own[0].max(own[1]) < 1e-3 => {
                     return Err(HeightsError::Degrees { x: own[0], y: own[1] });
                 }

@@ -159,12 +159,12 @@ mod tests {
 
     #[test]
     fn codes_have_the_units_of_the_register() {
-        // California zone 1, 2 and Arizona Central (ft), British National Grid.
+        // The codes are California zones 1 and 2, Arizona Central (ft) and British National Grid.
         assert_eq!(
             [2225, 2226, 2223, 27700].map(projected),
             [1200.0 / 3937.0, 1200.0 / 3937.0, 0.3048, 1.0]
         );
-        // NAVD88 in m, US survey feet and feet; depth below mean sea level.
+        // The codes are NAVD88 in m, in US survey feet and in feet, and depth below mean sea level.
         assert_eq!([5703, 6360, 8228, 5715].map(vertical), [1.0, 1200.0 / 3937.0, 0.3048, -1.0]);
     }
 }

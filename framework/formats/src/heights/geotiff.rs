@@ -73,7 +73,7 @@ impl<R: Read + Seek> GeoTiff<R> {
     /// The fault, with a remedy.
     pub fn open(reader: R, bytes: u64, options: &HeightsOptions) -> Result<Self, HeightsError> {
         let mut limits = Limits::default();
-        // The size of tags is limited by the file.
+        // Values of tags cannot be larger than the file.
         limits.ifd_value_size = usize::try_from(bytes).unwrap_or(usize::MAX).max(1024);
         limits.decoding_buffer_size = CHUNK_MAX;
         limits.intermediate_buffer_size = CHUNK_MAX;
@@ -85,7 +85,7 @@ impl<R: Read + Seek> GeoTiff<R> {
             return Err(HeightsError::Short { bytes, nx: width.into(), ny: height.into() });
         }
         if nx < 2 || ny < 2 {
-            // Says so.
+            // This returns an error about the size.
             bounded(bytes, width.into(), height.into(), PIXELS_OF_A_BYTE)?;
         }
         let real = one_band(&mut decoder)?;
@@ -127,7 +127,8 @@ impl<R: Read + Seek> GeoTiff<R> {
 
     /// Returns the datum of the heights, from the first height in the file.
     fn find_datum(&mut self) -> Result<f64, HeightsError> {
-        // Samples of up to 16 bits, and unscaled heights of f32, do not lose digits.
+        // Samples of up to 16 bits and unscaled heights of type f32 do not need a datum, because
+        // they lose no digits in an f32.
         let exact = self.real
             && self.offset == 0.0
             && matches!(self.decoder.colortype()?, ColorType::Gray(32));

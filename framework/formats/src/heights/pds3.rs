@@ -177,7 +177,7 @@ fn kind(label: &Label) -> Result<(Sample, Order), HeightsError> {
         (w, 8 | 16 | 32) if w.ends_with("INTEGER") => Some(Sample::Signed(bits as usize / 8)),
         _ => None,
     };
-    // DEC's integers have the byte order of a PC.
+    // Integers of DEC computers have the byte order of a PC.
     let little = word.contains("VAX");
     sample.map(|s| (s, if little { Order::Little } else { order(&word) })).ok_or_else(|| {
         HeightsError::at(
@@ -286,7 +286,7 @@ pub(super) fn labelled(
     let label = read(&text(bytes))?;
     let (file, start) = pointer(&label)?;
     let Some(file) = file else { return assemble(&label, start, bytes, options) };
-    // Labels contain names in capitals, but files may have other cases.
+    // Labels contain file names in capitals, but the files may have lower case.
     let data = beside(&file).or_else(|why| beside(&file.to_lowercase()).map_err(|_| why));
     let data = data.map_err(|why| HeightsError::Companion { name: file, why })?;
     assemble(&label, start, &data, options)

@@ -76,7 +76,7 @@ impl Missing {
 
     fn is(self, value: f64, bits: u64) -> bool {
         match self {
-            // Texts of 32-bit numbers often have too many or too few digits.
+            // A 32-bit number that is written as text often has too many or too few digits.
             Missing::Value(m) => value == m || value as f32 == m as f32,
             Missing::Bits(b) => bits == b,
         }

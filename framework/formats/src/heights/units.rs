@@ -140,7 +140,7 @@ mod tests {
             vertical,
         };
         assert_eq!(well_known(feet).unwrap(), lengths(0.3048006, 1.0));
-        // A vertical system has a separate unit, which does not change the unit of coordinates.
+        // A vertical system has its own unit, which does not change the unit of the coordinates.
         let vertical =
             r#",VERTCS["NAVD88",VDATUM["v"],PARAMETER["Direction",1],UNIT["Foot",0.3048]]"#;
         let in_metres = feet.replace("0.3048006", "1");

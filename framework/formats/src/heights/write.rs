@@ -37,7 +37,7 @@ const TILE: usize = 256;
 pub fn write_geotiff(out: &mut (impl Write + Seek), map: &mut Map<'_>) -> std::io::Result<()> {
     let [nx, ny] = map.size;
     let (across, down) = (nx.div_ceil(TILE), ny.div_ceil(TILE));
-    // Data that deflate cannot compress grows by less than this.
+    // Incompressible data grow by less than this.
     let longest = (across * down) as u64 * (4 * TILE * TILE + 1024) as u64;
     let big = longest > u64::from(u32::MAX);
     out.write_all(&[0; 16][..if big { 16 } else { 8 }])?;
@@ -66,7 +66,7 @@ pub fn write_geotiff(out: &mut (impl Write + Seek), map: &mut Map<'_>) -> std::i
             at += packed.len() as u64;
         }
     }
-    // Values outside of a directory must begin at even bytes.
+    // Values that are stored outside of a directory must begin at even bytes.
     if at % 2 == 1 {
         out.write_all(&[0])?;
         at += 1;
@@ -87,7 +87,8 @@ pub fn write_geotiff(out: &mut (impl Write + Seek), map: &mut Map<'_>) -> std::i
     directory.shorts(339, &[3]);
     directory.doubles(33550, &[map.spacing[0], map.spacing[1], 0.0]);
     directory.doubles(33922, &[0.0, 0.0, 0.0, x, top, 0.0]);
-    // Version 1.1.0; a user-defined projection, pixels are points, metres.
+    // GeoKey directory, version 1.1.0: a user-defined projection, pixels are points, lengths in
+    // metres.
     directory.shorts(
         34735,
         &[1, 1, 0, 4, 1024, 0, 1, 1, 1025, 0, 1, 2, 3072, 0, 1, 32767, 3076, 0, 1, 9001],

@@ -85,7 +85,7 @@ impl<'e> File<'e> {
                     self.geometry(g.ok_or(format!("there is no geometry `{url}`"))?, &X)?;
                 }
                 "instance_controller" => {
-                    // A skin in its bind pose: the original geometry.
+                    // Use the original geometry of a skin, which is its bind pose.
                     let skin = self.controllers.get(url).and_then(|c| c.child("skin"));
                     let source = skin.and_then(|s| s.attr("source")).unwrap_or_default();
                     let g = self.geometries.get(source.trim_start_matches('#')).copied();

@@ -243,7 +243,8 @@ impl<'j> File<'j> {
     fn points(&self, index: &Value) -> Result<Vec<Vec3>, String> {
         let accessor = self.at("accessors", index)?;
         let wrong = || "positions must be three numbers of 8, 16 or 32 bits".to_string();
-        // Integers are quantized positions (KHR_mesh_quantization); normalized ones are fractions of the largest.
+        // Integers are quantized positions (KHR_mesh_quantization); normalized integers are fractions of the
+        // largest one.
         let (size, largest) = match accessor["componentType"].as_u64() {
             Some(5120) => (1, 127.0),
             Some(5121) => (1, 255.0),

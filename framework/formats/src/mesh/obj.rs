@@ -27,7 +27,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
             Some("f") => {
                 let corner = |w: &str| -> Option<Vec3> {
                     let index: i64 = w.split('/').next()?.parse().ok()?;
-                    // Negative numbers count backwards from the vertex before this line.
+                    // A negative number counts backwards from the last vertex before this line.
                     let at = if index < 0 { vertices.len() as i64 + index } else { index - 1 };
                     vertices.get(usize::try_from(at).ok()?).copied()
                 };

@@ -9,7 +9,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
     let count = bytes.get(80..84).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes);
     let length = count.map(|n| 84 + 50 * u64::from(n));
     let size = bytes.len() as u64;
-    // A binary file contains its length. The word `solid` at its start does not distinguish it: many programs write it there, too.
+    // A binary file contains its number of triangles. The word `solid` at the start does not distinguish a text file,
+    // because many programs write it into binary files, too.
     let corners = match length {
         Some(length) if length == size => binary(&bytes[84..]),
         _ if has_facets(bytes) => text(bytes)?,
@@ -32,7 +33,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
 fn binary(triangles: &[u8]) -> Vec<Vec3> {
     let number = |b: &[u8]| b.try_into().map_or(f64::NAN, |b| f64::from(f32::from_le_bytes(b)));
     let corner = |b: &[u8]| Vec3::new(number(&b[..4]), number(&b[4..8]), number(&b[8..12]));
-    // Normal, three corners, two bytes of attributes.
+    // Each triangle has a normal, three corners and two bytes of attributes.
     triangles.chunks_exact(50).flat_map(|t| t[12..48].chunks_exact(12).map(corner)).collect()
 }
 
@@ -57,7 +58,7 @@ fn with_attributes(bytes: &[u8], count: usize) -> Vec<Vec3> {
 fn has_facets(bytes: &[u8]) -> bool {
     let start = bytes.trim_ascii_start();
     let solid = start.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
-    // Names are short; a binary file has triangles there.
+    // The name of a solid is short, so a text file has a facet here; a binary file has triangles.
     let head = &start[..start.len().min(1000)];
     solid && head.windows(5).any(|word| word.eq_ignore_ascii_case(b"facet"))
 }
@@ -129,7 +130,7 @@ mod tests {
         assert_eq!(read(&bytes), Ok(triangle.clone()));
         bytes[80] = 7;
         assert!(read(&bytes).is_err_and(|e| e.contains("after 1 of 7 triangles")));
-        // Two triangles; three bytes of attributes follow the first one.
+        // The file has two triangles; three bytes of attributes follow the first one.
         let mut bytes = vec![b'x'; 80];
         bytes.extend(2u32.to_le_bytes());
         for count in [3u16, 0] {

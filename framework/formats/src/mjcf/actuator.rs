@@ -99,7 +99,7 @@ impl<'e> Mj<'e> {
         for e in root.all("actuator").flat_map(|list| &list.children) {
             count += 1;
             if !ACTUATORS.contains(&e.name.as_str()) {
-                // Other actuators are listed with everything that was not used.
+                // Other actuators are listed with the unused elements.
                 if e.name == "adhesion" {
                     e.touch_all();
                     let note = "element <adhesion>: no model pulls a body towards what it touches";
@@ -122,7 +122,7 @@ impl<'e> Mj<'e> {
                     let actuator = self.actuator(cx, (e, &what), &values, length, lengths, d);
                     d.devices.push(Device { name, kind: DeviceKind::Actuator(actuator) });
                 }
-                Ok(None) => {} // a fault says why
+                Ok(None) => {} // a fault was added
                 Err(why) => {
                     e.touch_all();
                     cx.ignored
@@ -194,7 +194,8 @@ impl<'e> Mj<'e> {
         };
         let reference = self.device_frame(cx, (e.place_of("refsite"), name), what, lengths, d);
         let Some(reference) = reference else { return Ok(None) };
-        // MuJoCo moves only the joints beyond the last common body: this is an opposite wrench only if `refsite` is on that body.
+        // MuJoCo moves only the joints beyond the last common body. The result is a pair of opposite wrenches only if
+        // `refsite` is on that body.
         let base = self.sites.get(name).map_or("world", |s| s.body.as_str());
         let inboard = base == "world"
             || body
@@ -337,7 +338,8 @@ impl<'e> Values<'e> {
         let number = |cx: &mut Cx<'_>, name: &str| cx.number(e, name, what);
         let kind = e.name.as_str();
         if kind != "general" {
-            // The force law of one kind is not a default for another: use the law of an outer class.
+            // The force law of one kind is not a default for another kind, so use the law of an
+            // outer class.
             let fits = |l: &Self| match l.kind {
                 "general" => kind == "damper" || !l.gain_affine,
                 other => other == kind,
@@ -477,7 +479,7 @@ fn holds_body(e: &Element, other: Option<&Element>) -> bool {
 
 /// Returns the limits of the joint of a length, if it has any.
 fn bounds(length: &Length, d: &Description) -> Option<[f64; 2]> {
-    // The length of a tendon is not a coordinate, so the limits of its joints are not its limits.
+    // The length of a tendon is not a coordinate, so the limits of its joints do not limit it.
     let Length::Joints(terms) = length else { return None };
     let [Term { coordinate: at, factor: 1.0 }] = &terms[..] else { return None };
     let body = d.builder.bodies().iter().find(|b| b.name == at.body)?;

@@ -405,7 +405,7 @@ fn chain(
     let mut carried = Vec::new(); // joints of this link of the chain
     for j in joints {
         if j.kind == SubhingeKind::Free {
-            // Its coordinates are the pose in the world, as in MuJoCo.
+            // As in MuJoCo, the coordinates of a free joint are the pose in the world.
             let subhinges = free_subhinges(j.subhinge);
             let (p, r) = (X_PB.position, X_PB.rotation.coords);
             q.extend([p.x, p.y, p.z, r.x, r.y, r.z, r.w]);

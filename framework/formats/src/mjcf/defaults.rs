@@ -131,7 +131,8 @@ impl<'e> Classes<'e> {
 
     /// Returns the element of a class that contains an attribute of elements with this name.
     pub fn holder(&self, class: &str, element: &str, attribute: &str) -> Option<&'e Element> {
-        // Shorter lifetimes of the key are sufficient for the lookup.
+        // This annotation shortens the lifetime of the key, which permits a lookup with borrowed
+        // texts.
         let values: &BTreeMap<(&str, &str), &'e Element> = self.all.get(class)?;
         values.get(&(element, attribute)).copied()
     }

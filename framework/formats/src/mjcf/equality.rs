@@ -161,12 +161,13 @@ impl<'e> Mj<'e> {
         let anchor = self.numbers::<3>(cx, at, "anchor", what);
         let X_AB = X_WA.inverse() * X_WB;
         let (frame_a, frame_b) = if weld {
-            // The anchor is in body 2.
+            // In this form, the anchor is given in the frame of body 2.
             let anchor = Pose::new(Quat::identity(), Vec3::from(anchor.unwrap_or_default()));
             let relative = self.relative(cx, at, what).unwrap_or(X_AB);
             (relative * anchor, anchor)
         } else {
-            // The anchor is in body 1; B's frame has A's axes at the reference configuration.
+            // In this form, the anchor is given in the frame of body 1, and frame B has the axes of
+            // A at the reference configuration.
             let Some(anchor) = anchor else {
                 cx.missing(e, what, "`anchor`", "write anchor=\"x y z\" in body1, or two sites");
                 return None;

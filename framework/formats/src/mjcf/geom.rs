@@ -34,7 +34,7 @@ impl<'e> Mj<'e> {
             }
             (None, FromGeoms::Never) => (body, MassProperties::massless()),
             (given, _) => match (given, self.mass_of_geoms(cx, inside, what)) {
-                // MuJoCo's rule: `inertiafromgeom` does not replace an inertial of a body without geoms.
+                // In MuJoCo, `inertiafromgeom` does not replace the inertial of a body without geoms.
                 (Some(i), none) if none == MassProperties::massless() => {
                     (i.e, self.inertial(cx, i, what))
                 }
@@ -47,7 +47,7 @@ impl<'e> Mj<'e> {
             let mut axes = mass.inertia_com.symmetric_eigen();
             axes.eigenvalues.apply(|x| *x = x.max(least_moment));
             let I = axes.eigenvalues;
-            // Rounding can violate an exactly satisfied triangle inequality.
+            // Allow for round-off, which can violate a triangle inequality that holds exactly.
             if self.settings.balance && I.sum() < 2.0 * I.max() * (1.0 - 1e-12) {
                 axes.eigenvalues = Vec3::repeat(I.sum() / 3.0);
             }
@@ -309,7 +309,8 @@ pub(crate) fn solid(geometry: &Geometry) -> Option<(f64, Vec3)> {
             (PI * r * r * l, Vec3::new(x, x, 0.5 * r * r))
         }
         Geometry::Capsule { radius: r, length: l } => {
-            // A cylinder and two hemispheres, whose centres of mass are 3r/8 beyond its ends.
+            // A capsule is a cylinder and two hemispheres, whose centres of mass are 3r/8 beyond
+            // its ends.
             let (vc, vs) = (PI * r * r * l, 4.0 / 3.0 * PI * r * r * r);
             let (mc, ms) = (vc / (vc + vs), vs / (vc + vs));
             let x = mc * (3.0 * r * r + l * l) / 12.0
@@ -330,7 +331,8 @@ fn thin(geometry: &Geometry) -> Option<(f64, Vec3)> {
             let [a, b, c] = size;
             let faces = [b * c, a * c, a * b];
             let area = 2.0 * faces.iter().sum::<f64>();
-            // Mean of x² over the surface: the two faces perpendicular to x are at a/2, the others are like a bar along x.
+            // Mean of x² over the surface: the two faces perpendicular to x are at a/2, and x on the other faces is
+            // distributed as on a bar along x.
             let square = |k: usize| {
                 let across = faces[k] * size[k] * size[k] / 4.0;
                 let along: f64 = (0..3).filter(|j| *j != k).map(|j| faces[j]).sum();
@@ -354,7 +356,8 @@ fn thin(geometry: &Geometry) -> Option<(f64, Vec3)> {
             (area, Vec3::new(x, x, side * r * r + ends * r * r * 2.0 / 3.0) / area)
         }
         Geometry::Ellipsoid { radii: [a, b, c] } => {
-            // Thomsen's area (within 1.1 %) and the shell between two ellipsoids, as in MuJoCo.
+            // Use Thomsen's formula for the area (within 1.1 %) and the difference of two
+            // ellipsoids as the shell, as in MuJoCo.
             let p = 1.6075;
             let power = |x: f64, y: f64| (x * y).powf(p);
             let mean = (power(a, b) + power(a, c) + power(b, c)) / 3.0;

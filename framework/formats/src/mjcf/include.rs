@@ -41,7 +41,7 @@ fn included(
 ) -> Vec<Element> {
     let Some(name) = cx.required(e, "file", "<include>") else { return Vec::new() };
     let place = e.place_of("file");
-    // The file is searched in the folder of the main file, as in MuJoCo; then in the folder of the including file.
+    // Like MuJoCo, search the file in the folder of the main file first; then in the folder of the including file.
     let folders = [open.first(), open.last()].into_iter().flatten().filter_map(|f| f.parent());
     let candidates: Vec<PathBuf> = folders.map(|f| f.join(name)).collect();
     let Some(path) = candidates.iter().find(|p| p.is_file()).or(candidates.first()).cloned() else {

@@ -44,7 +44,8 @@ impl<'e> Mj<'e> {
         let joints: BTreeMap<&str, _> = d.joints.iter().map(|j| (j.name.as_str(), j)).collect();
         let bodies: BTreeMap<&str, _> =
             d.builder.bodies().iter().map(|b| (b.name.as_str(), b)).collect();
-        // MuJoCo's coordinates: joints in the order of the file, quaternions with w first.
+        // In MuJoCo's coordinates, joints are in the order of the file, and quaternions have w
+        // first.
         let mut starts: BTreeMap<String, Vec<f64>> = BTreeMap::new();
         let mut places: Vec<(&str, usize)> = Vec::new();
         for name in &self.joint_order {

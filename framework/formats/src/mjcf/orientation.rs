@@ -27,7 +27,7 @@ impl<'e> Mj<'e> {
         let of_class = |name: &&str| self.classes.holder(at.class, at.kind, name).is_some();
         let mut inherited = None;
         for name in ORIENTATIONS.into_iter().filter(of_class) {
-            self.attr(at, name); // every form of the class counts as read
+            self.attr(at, name); // mark every form in the class as read
             inherited = inherited.or(Some(name));
         }
         first.or(inherited)
@@ -75,7 +75,7 @@ impl<'e> Mj<'e> {
         let raw = Quaternion::new(w, x, y, z);
         let n = raw.coords.amax();
         if (1e-100..=1e100).contains(&n) {
-            // The digits of a unit quaternion are kept.
+            // Do not change the digits of a unit quaternion.
             let exact = raw.norm() == 1.0;
             return Some(if exact {
                 Unit::new_unchecked(raw)

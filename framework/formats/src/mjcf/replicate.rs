@@ -18,7 +18,7 @@ const COPIES: usize = 1_000_000;
 pub(super) fn expand(cx: &mut Cx<'_>, root: &mut Element, settings: &Settings) {
     let mut left = COPIES;
     for world in root.children.iter_mut().filter(|c| c.name == "worldbody") {
-        // Inner replications first: their suffix is the first in a name.
+        // Expand inner replications first, because their suffix is the first one in a name.
         world.for_each_inside_first(|e| {
             if !e.children.iter().any(|c| c.name == "replicate") {
                 return;

@@ -81,7 +81,7 @@ impl<'e> Mj<'e> {
         for (k, e) in root.all("sensor").flat_map(|list| &list.children).enumerate() {
             let kind = e.name.as_str();
             if !OWN.contains(&kind) && OTHERS.iter().all(|(other, ..)| *other != kind) {
-                // Sensors without an alternative are listed with everything that was not used.
+                // Sensors without an alternative are listed with the unused elements.
                 if let Some((_, remedy)) = ALTERNATIVES.iter().find(|(k, _)| *k == kind) {
                     e.touch_all();
                     let note = format!("element <{kind}>: {remedy}");

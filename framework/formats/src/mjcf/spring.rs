@@ -37,7 +37,7 @@ impl<'e> Mj<'e> {
         if self.spring_dampers.is_empty() || !cx.faults.is_empty() {
             return;
         }
-        let Ok(mbs) = d.builder.build() else { return }; // reported at the end
+        let Ok(mbs) = d.builder.build() else { return }; // this error is reported at the end
         let M = moving(&mbs, &d.configuration(&mbs)).map(|m| m.M);
         let Some(inverse) = M.and_then(Cholesky::new).map(|c| c.inverse()) else {
             let (name, _, place) = &self.spring_dampers[0];
@@ -98,7 +98,8 @@ pub(super) fn moving(mbs: &Multibody, q: &[f64]) -> Option<Moving> {
     }
     let mut M = DMatrix::<f64>::zeros(n, n);
     let poses = mbs.body_poses(q);
-    // Columns of the whole tree: axis of rotation, velocity of the world's origin.
+    // Each column of the whole tree has the axis of rotation and the velocity of the world's
+    // origin.
     let mut columns = Matrix6xX::<f64>::zeros(n);
     let bodies: Vec<_> = mbs.body_ids().collect();
     for &b in &bodies {
@@ -156,7 +157,8 @@ fn motions(kind: &SubhingeKind, X: &Pose, next: &Pose) -> Vec<(Vec3, Vec3)> {
             vec![(w, v + slide(axis).1 * *pitch)]
         }
         SubhingeKind::Ball => unit.map(|a| turn(next, a)).to_vec(),
-        // The rates of this engine: angular velocity, then velocity, both in the axes of the body.
+        // Rates of a free hinge in Linkwork are the angular velocity and then the velocity, both in
+        // body axes.
         SubhingeKind::Free => {
             let linear = unit.map(|a| (Vec3::zeros(), next.transform_vector(&a)));
             unit.map(|a| turn(next, a)).into_iter().chain(linear).collect()

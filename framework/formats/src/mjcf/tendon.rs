@@ -168,7 +168,7 @@ impl<'e> Mj<'e> {
             d.joints.iter().map(|j| (j.name.clone(), j.spring_reference)).collect();
         for (k, e) in root.all("tendon").flat_map(|l| &l.children).enumerate() {
             if !matches!(e.name.as_str(), "fixed" | "spatial") {
-                continue; // listed with everything that was not used
+                continue; // listed with the unused elements
             }
             let name = e.attr("name");
             let label = name.map_or(format!("tendon{}", k + 1), str::to_owned);
@@ -269,7 +269,7 @@ impl<'e> Mj<'e> {
         }
         let moving = &mut lengths.moving;
         let body = lengths.anchors.entry(name).or_insert_with(|| {
-            // The mechanism gets one more body.
+            // The new body changes the mechanism, so compute its tree again.
             *moving = OnceCell::new();
             let mut body = name.to_owned();
             while self.elements.contains_key(&body) {

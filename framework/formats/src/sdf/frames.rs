@@ -236,7 +236,7 @@ impl<'e> Frames<'e> {
             }
         }
         if next.len() < keys.len() {
-            return; // names that lead nowhere have been told
+            return; // undefined names have already been reported
         }
         let from_base = self.order(cx, &keys, |k| next[k].0.as_str(), "relative to");
         let from_body = self.order(cx, &keys, |k| next[k].1.as_str(), "attached to");
@@ -270,7 +270,8 @@ impl<'e> Frames<'e> {
     ) -> Option<Pose> {
         let frame = &self.all[key];
         let Some(name) = &frame.placement else { return Some(frame.pose) };
-        // The pose leads from the placement frame to the model, which is an ancestor of every frame inside.
+        // Find the pose of the placement frame relative to the model, which is an ancestor of every frame
+        // inside it.
         let mut at = self.find(cx, name)?;
         let mut X = Pose::identity();
         while at != key {

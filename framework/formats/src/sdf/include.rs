@@ -150,7 +150,8 @@ fn placed(mut model: Element, include: &Element) -> Element {
             "uri" => {}
             "name" => model.replace("name", c.text.clone()),
             "placement_frame" => {
-                // The frame and the pose of the include belong together.
+                // A placement frame of the include replaces the model's pose, even if the include
+                // does not have a pose.
                 model.replace("placement_frame", c.text.clone());
                 if include.child("pose").is_none() {
                     model.children.retain(|m| m.name != "pose");
@@ -163,7 +164,7 @@ fn placed(mut model: Element, include: &Element) -> Element {
                 }
                 model.children.push(c.clone());
             }
-            // Everything else is listed as not used.
+            // All other elements are listed as not used.
             _ => model.children.push(c.clone()),
         }
     }
@@ -217,7 +218,7 @@ fn relative_to(e: &mut Element, frame: &str) {
     let attached = e.name == "frame" && named(e, "attached_to").is_some();
     if e.child("pose").is_none() {
         if attached {
-            return; // it is relative to what it is attached to
+            return; // already relative to the frame to which it is attached
         }
         let pose = Element::like(e, "pose");
         e.children.push(pose);

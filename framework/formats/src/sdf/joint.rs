@@ -43,7 +43,7 @@ impl<'e> Sdf<'e> {
         let what = format!("joint `{}`", j.name);
         let kind = cx.required(j.e, "type", &what).unwrap_or("fixed");
         if kind == "gearbox" {
-            return; // a coupling
+            return; // this type is a coupling
         }
         let Some((parent, child)) = self.ends(cx, j, &what) else { return };
         if child == "world" || child == parent {

@@ -94,7 +94,7 @@ impl Names for Table {
         let near = suggest(element, "element", known.clone());
         let near =
             if near.starts_with("did you mean") { format!("; {near}") } else { String::new() };
-        // A parent without a line in the table does not have lines for its elements either.
+        // If the table does not have a line for the parent, it has none for its elements either.
         (known.count() > 0).then(|| format!("is not part of the format{near}"))
     }
 

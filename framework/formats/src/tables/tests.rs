@@ -168,7 +168,7 @@ fn attributes(key: &str, row: &Row, template: &str, silent: &[&str]) -> Vec<Stri
                 }
             }
             (Status::Equal, Ok(d)) => {
-                // Templates have classes that they may leave unused.
+                // Templates contain classes that may be unused.
                 let elsewhere = |path: &str| path.contains("default") && !key.contains("default");
                 let line = format!("attribute {name}=\"{value}\"");
                 let listed =
@@ -197,7 +197,8 @@ fn every_attribute(format: Format, templates: &[Template], silent: &[&str]) {
                 tried += row.attributes.len();
                 wrong.extend(attributes(key, row, template, silent));
             }
-            // Elements that every template needs, and those without attributes.
+            // Elements without attributes, and elements that every template contains, do not need
+            // their own template.
             None if equal == 0 || ["joint/parent", "joint/child"].contains(&key.as_str()) => {}
             None if key.starts_with("gazebo/") => {}
             None => wrong.push(format!("{key}: no template")),
@@ -238,7 +239,7 @@ fn whole_elements(format: Format, templates: &[Template], parents: &[(&str, &str
             (Status::Rejected, Ok(_)) => wrong.push(format!("{key} is accepted: {text}")),
             (Status::Ignored, Err(why)) => wrong.push(format!("{key} is rejected: {why}\n{text}")),
             (Status::Ignored, Ok(d)) => {
-                // Alone, or with the element that contains it.
+                // Either the element itself or the element that contains it is listed.
                 let lines = [format!("<{name}>"), format!("<{parent}>")];
                 if !d.ignored.iter().any(|i| lines.iter().any(|l| i.what.contains(l.as_str()))) {
                     wrong.push(format!("{key} is not listed: {:?}", d.ignored));
@@ -308,7 +309,8 @@ fn what_no_specification_has_is_named_with_its_place_and_the_nearest() {
             d.ignored.iter().any(|i| i.line == 1 && i.path.contains(path) && i.what == what);
         assert!(found, "{what}: {:?}", d.ignored);
     }
-    // Names of other programs have a prefix, and are listed without these words.
+    // Names of other programs have a prefix, and are listed without the remark that they are not
+    // part of the format.
     let text = r#"<robot version="1.1"><link name="a" drake:x="1"/></robot>"#;
     let d = read(text).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(d.ignored[0].what, "attribute drake:x=\"1\"");
@@ -381,7 +383,7 @@ fn every_element_of_sdf_has_its_status() {
         if !row.whole {
             continue;
         }
-        // Inserted into the first element that can contain it.
+        // Insert the element into the first element that can contain it.
         let Some((parent, name)) = key.split_once('/').filter(|_| !elsewhere) else { continue };
         let end = format!("</{parent}>");
         let Some((before, after)) = SDF.split_once(&end) else {
@@ -400,7 +402,8 @@ fn every_element_of_sdf_has_its_status() {
                     wrong.push(format!("{key} is not listed: {:?}", d.ignored));
                 }
             }
-            // A second shape, or a shape that is not read.
+            // The element must not cause an error, for example as a second shape or as an unknown
+            // shape.
             Err(why) => wrong.push(format!("{key} is rejected: {why}")),
         }
     }

@@ -1,5 +1,5 @@
 //! Height files that tests write, and functions to read them.
-#![allow(dead_code)] // Each test takes a part of it.
+#![allow(dead_code)] // Each test uses only some of these functions.
 use linkwork_formats::heights::{Heights, HeightsError, HeightsOptions, read_heights};
 
 /// Reads bytes that have no file beside them.
@@ -40,7 +40,7 @@ impl Tiff {
         let data: Vec<u8> = samples.iter().flat_map(|s| s.to_le_bytes()).collect();
         let long = |v: u32| v.to_le_bytes().to_vec();
         let doubles = |v: &[f64]| v.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
-        // Tag, type, count, value.
+        // Each tag has a number, a type, a count and a value.
         let mut tags: Vec<(u16, u16, u32, Vec<u8>)> = vec![
             (256, 4, 1, long(self.width)),
             (257, 4, 1, long(self.height)),

@@ -147,7 +147,8 @@ impl Modes {
             let R = s.pose.rotation.to_rotation_matrix().into_inner();
             let (c, J) = (R * s.mass.com, R * s.mass.inertia_com * R.transpose());
             let turn = |i: usize| s.rotation.get(i).copied().unwrap_or_default();
-            // Velocity of the centre of mass, and angular velocity, per unit of each rate.
+            // Compute the velocity of the centre of mass and the angular velocity for a unit of
+            // each rate.
             let v: Vec<Vec3> = (0..n).map(|i| s.translation[i] + turn(i).cross(&c)).collect();
             for i in 0..n {
                 for j in 0..n {

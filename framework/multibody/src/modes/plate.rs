@@ -151,7 +151,7 @@ impl Plate {
         let s = x / self.length;
         let (p, q) = (legendre(m, 2.0 * s - 1.0), legendre(n, 2.0 * y / self.width));
         let (a, b) = (self.length, 0.5 * self.width);
-        // s² P(2s − 1) and its derivatives with respect to s.
+        // The functions are s² P(2s − 1) and its derivatives with respect to s.
         let X = [
             s * s * p[0],
             2.0 * s * p[0] + 2.0 * s * s * p[1],

@@ -110,7 +110,8 @@ pub fn page(name: &str, ready: &Ready) -> String {
         integrator: plan.integration.method.name().into(),
         phases: ready.program.phases.iter().map(|p| phase(&p.name, &p.plan, &names)).collect(),
     };
-    // The data contain only numbers and texts, so serialization cannot fail. `<` is escaped, so that no text ends the script.
+    // The data contain only numbers and texts, so serialization cannot fail. `<` is escaped, so that a text cannot end
+    // the script.
     let json = serde_json::to_string(&data).unwrap_or_default().replace('<', "\\u003c");
     PAGE.replacen("\"DATA\"", &json, 1)
 }

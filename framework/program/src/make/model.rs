@@ -89,7 +89,7 @@ fn with_model(text: &str, name: &str) -> Option<String> {
         (false, true) => entry,
         (false, false) => format!("{entry}, "),
     };
-    // After the last module declaration, or before the first import.
+    // Insert after the last module declaration, or before the first import.
     let starts =
         |from: usize| [0].into_iter().chain(text[..from].match_indices('\n').map(|m| m.0 + 1));
     let written = || starts(function).map(|at| (at, text[at..].lines().next().unwrap_or_default()));
@@ -121,7 +121,7 @@ mod tests {
         assert!(text.contains("pub mod pump;\n\nuse x::E;"), "{text}");
         assert!(text.contains("vec![Entry::model::<pump::Pump>()]"), "{text}");
         assert_eq!(with_model("use a;\nfn list() {}", "pump"), None);
-        // Text in words and text inside another module are not suitable positions.
+        // Comments and the contents of other modules are not suitable positions.
         let text = "//! Parts for use in pumps.\n\npub mod util {\n    pub mod deep;\n}\n\nuse x::E;\n\nfn catalogue() -> Vec<E> { vec![] }";
         let text = with_model(text, "pump").unwrap();
         assert!(text.contains("}\n\npub mod pump;\n\nuse x::E;"), "{text}");

@@ -74,7 +74,7 @@ impl Frames {
             );
             faults.push(Fault::new(place, fact).help("write the rate of the simulation"));
         }
-        // It was checked when the file was read.
+        // The ellipsoid was checked when the file was read.
         let ellipsoid = ellipsoid.and_then(|(a, f)| Ellipsoid::new(a, f).ok());
         if faults.is_empty() {
             Ok(Frames { site, turn: turn.unwrap_or_default(), ellipsoid })
@@ -123,7 +123,7 @@ impl Frames {
     fn axes(&self, axes: Axes, t: f64, at: &Vec3) -> Result<Quat, String> {
         let local = match axes {
             Axes::EastNorthUp => Quat::identity(),
-            // x north, y east, z down, in east, north, up.
+            // The axes are x north, y east, z down, expressed in east, north, up.
             Axes::NorthEastDown => {
                 let half = std::f64::consts::FRAC_1_SQRT_2;
                 Quat::new_normalize(Quaternion::new(0.0, half, half, 0.0))
@@ -198,7 +198,7 @@ mod tests {
 
     #[test]
     fn a_site_knows_where_its_planet_is() {
-        // W on the equator at longitude 90°: x east, y north, z up.
+        // W is on the equator at longitude 90°, with x east, y north, z up.
         let place =
             Geodetic { latitude: 0.0, longitude: std::f64::consts::FRAC_PI_2, altitude: 0.0 };
         let pose = Pose::new(place.east_north_up(), Vec3::new(0.0, 1000.0, 0.0));

@@ -439,7 +439,7 @@ fn poses(told: &BTreeMap<&str, Pose>, start: &Start) -> Vec<(String, Pose)> {
         let carried = carried.and_then(|(by, pose)| Some(*told.get(by.as_str())? * *pose));
         all.push((name.clone(), carried.unwrap_or(*begin)));
     }
-    // Bodies of later phases.
+    // Add the bodies of later phases.
     let later = told.iter().filter(|(name, _)| !start.poses.contains_key(**name));
     all.extend(later.map(|(name, pose)| ((*name).to_owned(), *pose)));
     all

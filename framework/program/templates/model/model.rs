@@ -73,7 +73,8 @@ mod tests {
             let rate = model.derivatives(&x, &u);
             x.value += step * rate.value;
         }
-        // After one second: two time constants. Steps of Euler's method are what differs.
+        // One second is two time constants. The remaining difference is the error of Euler's
+        // method.
         let expected = 3.0 * (1.0 - (-2.0f64).exp());
         assert!((x.value - expected).abs() < 1e-4, "{x:?}");
         let out = model.outputs(&x);

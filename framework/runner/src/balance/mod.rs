@@ -224,7 +224,8 @@ impl Balance {
             if h > 0.0 && before.is_finite() && y.is_finite() {
                 sums.sum[flows + k] += 0.5 * h * (before + y);
                 sums.through[flows + k] += 0.5 * h * (before.abs() + y.abs());
-                // Ticks can be far apart; this bounds the error of the trapezoidal rule.
+                // Ticks can be far apart, so accumulate a bound of the error of the trapezoidal
+                // rule.
                 sums.uncertainty[flows + k] += 0.5 * h * (y - before).abs();
             }
             self.row.1[k] = *y;
@@ -259,7 +260,7 @@ impl Balance {
                     factor * 0.5 * (a0 + a1)
                 };
             }
-            // A part appears or disappears with a phase.
+            // A part that appears or disappears with a phase has a value at one end only.
             let mean = match (from.is_finite(), to.is_finite()) {
                 (true, true) => 0.5 * (from + to),
                 (true, false) => from,
@@ -286,7 +287,7 @@ impl Balance {
             sampled: over.ends_at_sample(),
         };
         if self.pending.length > 0.0 {
-            // The values at its beginning are the end values of the previous interval.
+            // The values at the start of this interval are the end values of the previous one.
             self.close(&over.start()[own.clone()]);
         }
         if !over.has_all() {
@@ -323,7 +324,8 @@ impl Balance {
             self.rule[k] = 0.5 * (self.rule[k] + self.rates[k]);
         }
         self.estimate.copy_from_slice(&self.rule);
-        // `rule` is the trapezoidal rule with n panels: half of the ends, and the points between.
+        // `rule` is the result of the trapezoidal rule with n panels: half of the sum of the ends,
+        // and the points between.
         let mut panels = 1_u32;
         'halving: for level in 0..=HALVINGS {
             self.inner.fill(0.0);

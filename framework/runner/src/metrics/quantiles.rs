@@ -83,7 +83,8 @@ impl Quantiles {
             }
         }
         self.values.truncate(kept + 1);
-        // Very uneven weights allow few merges; then each value is merged with its neighbour.
+        // If weights are very uneven, few merges are possible; then merge each value with its
+        // neighbour.
         if self.values.len() > ROOM / 2 {
             let n = self.values.len();
             for k in 0..n.div_ceil(2) {
@@ -104,7 +105,8 @@ impl Quantiles {
         let target = share * total * (1.0 - 1e-12);
         let (mut below, mut last): (f64, Option<(f64, f64)>) = (0.0, None);
         for (value, time, moving) in values {
-            // The variable stays at the value in the middle of its time, and moves before and after.
+            // The variable is constant in the middle part of its time, and changes linearly before
+            // and after.
             let (from, to) = (below + 0.5 * moving, below + time - 0.5 * moving);
             if target <= from
                 && let Some((at, before)) = last
@@ -154,7 +156,7 @@ mod tests {
         assert!(q.values.len() <= ROOM && q.values.capacity() == ROOM, "fixed memory");
         for p in [0.001, 0.01, 0.25, 0.5, 0.95, 0.99, 0.999] {
             let found = q.at(p).unwrap();
-            // Error of the rank: q (1 - q) / 256.
+            // The error of the rank is q (1 - q) / 256.
             let rank = found.sqrt();
             assert!((rank - p).abs() < p * (1.0 - p) / 100.0 + 2e-6, "{p}: {rank}");
         }

@@ -153,7 +153,8 @@ impl Statistics {
             self.bend = (slope - self.slope).abs();
         }
         (self.slope, self.end) = (slope, end);
-        // Estimate of the deviation from a straight line: for a parabola, 1/8 of the change of slope over the interval.
+        // Estimate the deviation from a straight line. For a parabola it is 1/8 of the change of slope over the
+        // interval.
         let scale = self.scale();
         let mut off = 0.25 * self.bend * length;
         if wide {
@@ -319,7 +320,7 @@ impl Points {
         let above = |y: f64, than: f64| sign * (y - than) > 0.0;
         let best =
             (0..list.len()).reduce(|k, j| if above(list[j].1, list[k].1) { j } else { k })?;
-        // Three points with the extremum in the middle, or the first or last three.
+        // Take three points with the extremum in the middle, or the first or last three points.
         let middle = best.clamp(1, list.len().checked_sub(2)?);
         let [mut low, mut high] = [list[middle - 1], list[middle + 1]];
         let mut top = list[middle];
@@ -367,7 +368,8 @@ pub(super) fn crossing(start: f64, end: f64, inside: &mut Inside<'_>) -> f64 {
         if high.0 - low.0 < 1e-10 {
             break;
         }
-        // The secant method, with a bisection every third time, because a jump does not have a slope.
+        // Use the secant method, with a bisection every third time, because a jump does not have a
+        // slope.
         let span = high.1 - low.1;
         let secant = low.0 - low.1 * (high.0 - low.0) / span;
         let middle = 0.5 * (low.0 + high.0);

@@ -250,7 +250,7 @@ pub(crate) fn read_list<T: Param>(
         let from = cx.faults.len();
         let read = T::read(&item, spec, cx);
         table.name_line(row, from, cx);
-        // One wrong line is enough: a wrong column would have thousands.
+        // Stop at the first faulty line, because a wrong column would cause an error in every line.
         out.push(read?);
     }
     Some(out)

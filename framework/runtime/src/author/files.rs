@@ -68,7 +68,7 @@ impl Files {
     /// Returns the first existing match, whose content becomes part of the plan's hash. The error lists the searched folders.
     pub fn resolve(&self, name: &str) -> Result<PathBuf, crate::BuildError> {
         let path = self.find(name)?;
-        // A device or a pipe may never end.
+        // Reading a device or a pipe may never end.
         if path.metadata().is_ok_and(|m| !m.is_file() && !m.is_dir()) {
             let fact = format!("`{name}` is neither a file nor a folder");
             return Err(crate::BuildError::new(fact).help("name a regular file"));
@@ -89,7 +89,7 @@ impl Files {
             (Err(_), Some(text)) => return Ok(text.clone()),
             (Err(e), None) => return Err(e),
         };
-        // A device or a pipe may never end.
+        // Reading a device or a pipe may never end.
         if path.metadata().is_ok_and(|m| !m.is_file()) {
             return Err(crate::BuildError::new(format!("`{name}` is no file")));
         }

@@ -87,7 +87,7 @@ mod tests {
             cross += a * b;
         }
         let n = n as f64;
-        // Three standard errors.
+        // The bounds are three standard errors.
         assert!((sum / n).abs() < 3.0 / n.sqrt(), "mean {}", sum / n);
         assert!((square / n - 1.0).abs() < 3.0 * (2.0 / n).sqrt(), "variance {}", square / n);
         assert!((cross / n).abs() < 3.0 / n.sqrt(), "covariance {}", cross / n);

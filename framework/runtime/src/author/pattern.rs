@@ -13,7 +13,7 @@ pub fn path_matches(pattern: &str, path: &str) -> bool {
         return false;
     }
     let path: Vec<&str> = path.split(['.', '/']).collect();
-    // now[j]: the processed part of the pattern matches the first j segments.
+    // If now[j] is set, the processed part of the pattern matches the first j segments.
     let mut now = vec![false; path.len() + 1];
     now[0] = true;
     for segment in pattern.split(['.', '/']) {
@@ -42,7 +42,7 @@ pub fn segment_matches(pattern: &str, name: &str) -> bool {
     let (pattern, name): (Vec<char>, Vec<char>) =
         (pattern.chars().collect(), name.chars().collect());
     let (mut p, mut n) = (0, 0);
-    // The last star, and how much of the name it has taken.
+    // Position of the last star in the pattern, and the position in the name where its match ends.
     let mut star: Option<(usize, usize)> = None;
     while n < name.len() {
         if pattern.get(p) == Some(&'*') {

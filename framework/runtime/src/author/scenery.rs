@@ -137,7 +137,7 @@ mod tests {
         }
         let at: Vec<[f64; 3]> = scenery.poses(&u).map(|p| p.position.into()).collect();
         assert_eq!(at, [[1.0, 0.0, 20.0], [2.0, 0.0, 0.0], [3.0, 0.0, 10.0]]);
-        // Some of them only.
+        // A selection of bodies has another fingerprint.
         let some = scenery.only(vec!["a".into()]);
         assert_eq!(some.bodies(), ["a"]);
         assert_ne!(some.fingerprint(), scenery.fingerprint());

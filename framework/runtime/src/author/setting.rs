@@ -28,7 +28,7 @@ pub(crate) fn without_effect(phases: &[Vec<Setting>]) -> Vec<Fault> {
         if all().any(|other| same(setting, other) && other.idle.is_none()) {
             continue;
         }
-        // A setting that is idle for several reasons is reported with the first one.
+        // If a setting has no effect for several reasons, report only the first one.
         let first = all().find(|other| same(setting, other)).and_then(|s| s.idle.as_ref());
         if first.is_some_and(|(first, _)| first != reason) {
             continue;
@@ -72,7 +72,7 @@ mod tests {
         let all = without_effect(&[first.clone(), second]);
         assert_eq!(all.len(), 1, "{all:?}");
         assert_eq!(all[0].message, "body `a`: `spring` has no effect: held");
-        // Another reason in another phase: the first one is reported.
+        // If the reason differs between phases, the first one is reported.
         let all = without_effect(&[first, vec![setting("spring", Some("absent"))]]);
         let messages: Vec<&str> = all.iter().map(|f| f.message.as_str()).collect();
         assert_eq!(messages, ["body `a`: `damping` and `spring` have no effect: held"]);

@@ -288,7 +288,7 @@ impl<M: SizedModel> Block for WiredSized<M> {
     fn take_store(&mut self, from: &dyn Any) {
         if let Some(store) = from.downcast_ref::<M::Store>() {
             self.store.clone_from(store);
-            // What it saw belongs to the run that the store comes from.
+            // The observed values belong to the run from which the store comes.
             self.store.see(None);
         }
     }

@@ -200,7 +200,7 @@ mod tests {
             let got = world.geographic(t, p).unwrap();
             assert!((got.latitude - latitude).abs() < 1e-12 && (got.altitude - 5e5).abs() < 1e-6);
             assert!((got.longitude - longitude).abs() < 1e-12);
-            // The rate is the one by which the axes turn.
+            // `planet_rate` must be the rate of rotation of `planet_axes`.
             let turned = world.planet_axes(t + 0.5) * world.planet_axes(t - 0.5).inverse();
             assert!((turned.scaled_axis() - world.planet_rate(t)).norm() < 1e-12);
         }

@@ -199,7 +199,7 @@ mod tests {
             assert!((-1.0..1.0).contains(&x));
             (sum, square) = (sum + x, square + x * x);
         }
-        // Mean 0 and variance 1/3, within four standard deviations.
+        // The mean is 0 and the variance 1/3, within four standard deviations.
         assert!(f64::abs(sum / 1e4) < 4.0 * (1.0f64 / 3e4).sqrt());
         assert!(f64::abs(square / 1e4 - 1.0 / 3.0) < 4.0 * (4.0f64 / 45e4).sqrt());
     }

@@ -59,7 +59,7 @@ impl Seconds {
                 let number = Seconds::from_decimal(x).ok_or_else(refuse)?;
                 let unit = if unit.is_empty() { "s" } else { unit };
                 let u = Unit::parse(unit).map_err(|e| e.to_string())?;
-                // The unit's factor as a ratio: 1e-3 → 1/1000, 60 → 60/1.
+                // The unit's factor is a ratio: 1e-3 → 1/1000, 60 → 60/1.
                 let factor = if u.scale >= 1.0 {
                     Seconds::from_decimal(u.scale)
                 } else {

@@ -86,7 +86,7 @@ const TABLE: &[(&str, [i8; 8], f64, bool)] = &[
 ];
 const PREFIXES: &[(&str, f64)] = &[
     ("n", 1e-9),
-    // The micro sign, and the Greek letter that looks like it.
+    // The two characters are the micro sign, and the Greek letter that looks like it.
     ("\u{b5}", 1e-6),
     ("\u{3bc}", 1e-6),
     ("u", 1e-6),
@@ -129,7 +129,7 @@ impl Unit {
 
     /// The number in SI.
     pub fn to_si(&self, number: f64) -> f64 {
-        // Without an offset −0 stays −0.
+        // Adding an offset of 0 would turn −0 into 0.
         if self.offset == 0.0 { self.scale * number } else { self.scale * number + self.offset }
     }
 
@@ -304,7 +304,7 @@ mod tests {
         assert_eq!(Unit::parse("mm").unwrap().scale, 1e-3);
         assert_eq!(Unit::parse("min").unwrap().scale, 60.0);
         assert_eq!(Unit::parse("km/h").unwrap().scale, 1e3 / 3600.0);
-        // The values of NIST SP 811, appendix B.8; psi to the seven digits given there.
+        // The values are from NIST SP 811, appendix B.8; psi has the seven digits given there.
         for (text, si, value) in [
             ("kn", "m/s", 1852.0 / 3600.0),
             ("nmi", "m", 1852.0),
@@ -345,7 +345,7 @@ mod tests {
             let error = Unit::parse(bad).unwrap_err().to_string();
             assert!(error.contains(&format!("`{bad}`")), "{error}");
         }
-        // Text of any length: a stack has an end, and so has a power.
+        // The depth of brackets is limited, and large powers must not wrap around.
         let deep = "(".repeat(1_000_000);
         assert!(Unit::parse(&deep).unwrap_err().to_string().contains("too many brackets"));
         assert!(Unit::parse("m^100 m^100").unwrap() != Unit::parse("m").unwrap());

@@ -160,7 +160,7 @@ impl Checkpoint {
             file.write_all(&bytes)?;
             file.sync_all()?;
             std::fs::rename(&temporary, path)?;
-            // The name lasts only when its folder is on disk.
+            // The new name survives a power failure only if its folder is synchronized, too.
             let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
             std::fs::File::open(folder.unwrap_or(Path::new(".")))?.sync_all()
         };
@@ -201,7 +201,7 @@ impl Checkpoint {
     pub fn read(path: &Path) -> Result<Checkpoint, CheckpointError> {
         let name = path.display().to_string();
         let io = |source| CheckpointError::Io { path: name.clone(), source };
-        // A device or a pipe may never end.
+        // Reading a device or a pipe may never end.
         if !path.metadata().map_err(io)?.is_file() {
             return Err(io(std::io::Error::other("it is no file")));
         }

@@ -216,7 +216,7 @@ fn impossible(c: &Checkpoint, plan: &Plan) -> Option<String> {
     if c.time.to_bits() != time.to_bits() {
         return Some(format!("tick {} is {time} s, and it says {} s", c.tick, c.time));
     }
-    // A double holds no finer time.
+    // A double cannot represent a shorter time step at this time.
     if c.tick as f64 * plan.base.seconds() > TIME_MAX || time + gap == time {
         return Some(format!("tick {} at {time} s, where a row has no length any more", c.tick));
     }
@@ -227,7 +227,7 @@ fn impossible(c: &Checkpoint, plan: &Plan) -> Option<String> {
     if !(next >= 0.0 && error >= 0.0) {
         return Some(format!("a step of {next} s with an error of {error}"));
     }
-    // Two sums of the same steps differ by round-off.
+    // Allow round-off, because the same steps may be summed in two ways.
     let begins = |t: f64| (0.0..=time + 1e-9 * (1.0 + time)).contains(&t);
     let other = entered.iter().find(|t| !(begins(**t) || **t == f64::INFINITY));
     let own = entered.get(*phase as usize).filter(|t| !begins(**t));

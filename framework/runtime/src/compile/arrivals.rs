@@ -76,7 +76,8 @@ impl Arrivals {
         for k in 1..begins.len() {
             begins[k] += begins[k - 1];
         }
-        // In path order at each lane: it is the order of the terms of a sum.
+        // Sort the arrivals of each lane by path, because this is the order in which the terms of a
+        // sum are added.
         let mut all = self.all;
         let key = |a: &Arrival| out.links[a.link as usize].key();
         all.sort_by_key(|a| a.input);
@@ -186,7 +187,8 @@ impl Sorted {
     ) {
         let count = if port.lanes > 0 { self.at(at).len() } else { 0 };
         if count > 1 && (0..port.lanes).all(|i| self.at(at + i).len() == count) {
-            // Whole ports are summed by one operation.
+            // If all lanes of a port have the same number of sources, one operation sums the whole
+            // port.
             let each = |j: usize| (0..port.lanes).map(move |i| self.at(at + i)[j].source);
             let first = reduce(out, (0..count).flat_map(each).collect(), port.lanes);
             all.extend((0..port.lanes as u32).map(|i| first + i));

@@ -47,7 +47,7 @@ pub(super) fn bind(
 ) -> Option<Box<dyn Prototype>> {
     let index: BTreeMap<&str, usize> =
         parts.iter().enumerate().map(|(k, p)| (p.spec.path.as_str(), k)).collect();
-    // Fields find their readers themselves.
+    // Skip bindings of readers to fields: `fields::find` resolves them.
     let hosted = |b: &&BindSpec| !(b.bind == BINDING && known(b, parts, &index));
     let mut binds: Vec<&BindSpec> = spec.binds.iter().filter(hosted).collect();
     binds.sort_by(|a, b| (&a.part, &a.bind).cmp(&(&b.part, &b.bind)));

@@ -13,9 +13,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Reports connectors that are not connected, and those that are connected in one direction only.
 pub(super) fn check(parts: &[Part<'_>], links: &[Link], faults: &mut Vec<Fault>) {
-    // Connector by the path of its port.
+    // The map gives the connector for the path of its port.
     let mut owner: BTreeMap<String, String> = BTreeMap::new();
-    // Connectors that take something. Others only give a flow, such as the heat of a motor, and nothing has to go back to them.
+    // Connectors that receive something. Other connectors only supply a flow, such as the heat of a motor, and do not
+    // need a wire back.
     let mut takes: BTreeSet<String> = BTreeSet::new();
     for part in parts {
         let d = part.prototype.description();

@@ -90,7 +90,7 @@ impl Delays<'_> {
                 let fact = format!("a delay of {samples} samples");
                 faults.push(fault(fact, "write a number of samples from 1 to 100000"));
             }
-            // A missing end is reported with the wire itself.
+            // The check of the wire itself reports a missing end, so continue with a placeholder.
             let (source, range) = output(&wire.from)
                 .unwrap_or_else(|| (PortSpec::named("y", PortKind::Numbers, 1), 0..1));
             let lanes = range.len();
@@ -127,7 +127,7 @@ impl Delay {
         let port = |name: &'static str, doc: &'static str| {
             let port = match lanes == source.lanes {
                 true => PortSpec::named(name, source.kind, lanes).unit_of(source.unit.clone()),
-                // Some lanes of a port, which have one unit.
+                // All lanes in the range of a port have one unit: take it from the first lane.
                 false => PortSpec::named(name, PortKind::Numbers, lanes)
                     .unit_of(source.lane_names()[range.start].1.clone()),
             };

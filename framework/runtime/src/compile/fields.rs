@@ -108,7 +108,8 @@ fn find(
     if d.reads.is_none() && writes.is_empty() {
         return Ok(None);
     }
-    // A part that reads says which kind; one that only writes is for the field that takes any of it.
+    // A part that reads a field states the kind of the field. A part that only writes fits any field
+    // that accepts one of its outputs.
     let fits = |f: &Part<'_>| {
         let field = f.prototype.description();
         let has = |port: &&PortSpec| field.imprint.iter().any(|i| i.name == port.name);

@@ -114,7 +114,7 @@ impl<'a, 'b> Finder<'a, 'b> {
     ) -> Result<(FoundPort<'a>, usize, usize), NewFault> {
         let (k, port) = self.split(end, wire, origin)?;
         let path = &self.parts[k].spec.path;
-        // The name of a port may have dots itself (`wheels[2].rate`): the longest name that fits.
+        // The name of a port may have dots itself (`wheels[2].rate`): the longest name that fits counts.
         let mut names = std::iter::successors(Some(&*port), |name| Some(name.rsplit_once('.')?.0));
         if let Some(found) = names.find_map(|name| self.port(k, name, output)) {
             let (spec, name) = (found.spec, &*found.spec.name);
@@ -130,7 +130,7 @@ impl<'a, 'b> Finder<'a, 'b> {
             if let Some(at) = lanes.iter().position(|(n, _)| *n == sub) {
                 return Ok((found, at, 1));
             }
-            // A group such as `state.position`.
+            // The path may name a group such as `state.position`.
             let within =
                 |n: &str| n.strip_prefix(&*sub).is_some_and(|inner| inner.starts_with('.'));
             let group = lanes.iter().filter(|(n, _)| within(n)).count();

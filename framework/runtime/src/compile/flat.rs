@@ -44,7 +44,7 @@ pub(super) struct Flat {
 impl Flat {
     pub(super) fn new(parts: &[Part<'_>], c: &Connections) -> Flat {
         let mut ops = Vec::new();
-        // The operation `outputs` of each block.
+        // Each entry is the operation `outputs` of a block.
         let mut state_outputs = vec![NONE; parts.len()];
         for (k, part) in parts.iter().enumerate() {
             let f = part.prototype.description().functions;
@@ -123,7 +123,8 @@ pub(super) fn vary(
                 Op::Outputs(_) => d.functions.outputs_timed,
                 _ => d.functions.feedthrough_timed,
             };
-            // The pieces of a part with modes follow from its inputs and the clock.
+            // Guards of a part with modes do not make it continuous, because its modes depend only
+            // on its inputs and the clock.
             let events = d.functions.guards && !d.functions.modes;
             if !d.continuous.is_empty() || events {
                 Variability::Continuous

@@ -94,7 +94,8 @@ pub(super) fn guards(
         }
     }
     for (which, watched) in (0..).zip(watches) {
-        // Its errors are reported with the variables of all phases.
+        // Skip faulty conditions here: they are reported where the variables of all phases are
+        // known.
         if let Ok(condition) = Condition::parse_partly(watched.when, variables)
             && (condition.timed() || condition.places().any(|p| !matches!(p, Place::Channel(_))))
         {
@@ -133,7 +134,7 @@ fn condition(
 ) -> Result<Condition, Fault> {
     let condition = Condition::parse(when.when, variables)
         .map_err(|e| Fault::new(when.origin, e.to_string()).help(e.help))?;
-    // Inputs that may be set from outside do move.
+    // An input that can be set from outside can change, although no part drives it.
     let free = |lane: u32| c.free.values().any(|l| *l == lane);
     let moves = |p: Place| match p {
         Place::X(_) | Place::D(_) => true,

@@ -381,7 +381,8 @@ fn identity(
     (services, files, fields): (&Services, &Files, &[FieldPlan]),
     whens: &[WhenSpec<'_>],
 ) -> Identity {
-    // Where a tolerance is written is not what it is: the resolved text has it elsewhere.
+    // The identity must not depend on the place where a tolerance is written, because the resolved
+    // text has it at another place.
     let accuracy = spec.accuracy.clone().map(|a| {
         let of = a.of.into_iter().map(|(pattern, value, _)| (pattern, value, Origin::NONE));
         Accuracy { of: of.collect(), ..a }
@@ -395,7 +396,8 @@ fn identity(
         timing.rows.len()
     );
     let mut after = String::new();
-    // Services: the queries, and the content of the files that they read.
+    // The parameters of services, and the content of the files that were read, belong to the
+    // identity.
     let serving: BTreeSet<&str> = services.iter().map(|(path, _)| path).collect();
     for part in spec.parts.iter().filter(|p| serving.contains(p.path.as_str())) {
         after += &format!("{} {} {}\n", part.path, part.model, part.params.value);

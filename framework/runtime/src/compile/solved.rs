@@ -21,7 +21,8 @@ pub(super) fn close(
         (c.tears.iter()).flat_map(|t| (t.sought..).zip(t.sources.iter().copied())).collect();
     let component = components(flat, &sent);
     let mut faults = Vec::new();
-    // The component of each tear; none when the wire closes no loop.
+    // Group the wires to solve by the component that they close. It is an error if a wire closes no
+    // loop.
     let mut groups: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     for (i, tear) in c.tears.iter().enumerate() {
         let sends = flat.producer[tear.sources[0] as usize];
@@ -47,7 +48,7 @@ pub(super) fn close(
     }
     let mut loops = Vec::new();
     let mut lane = c.signals as u32;
-    // The operation that each belongs to: itself, or its loop.
+    // Map from an operation to itself, or to the loop that contains it.
     let mut belongs: Vec<u32> = (0..n as u32).collect();
     for (at, tears) in groups {
         let members: Vec<u32> =

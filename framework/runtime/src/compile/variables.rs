@@ -68,7 +68,7 @@ pub(crate) fn variables(
             lane.variable(path, place, role)
         }));
     }
-    // All at once, which sorts them: of equal paths the last one stays.
+    // Collecting sorts all variables at once; if paths are equal, the last one remains.
     all.into_iter().collect()
 }
 

@@ -78,7 +78,8 @@ impl PartTerms {
         let connectors: BTreeSet<&str> =
             of().filter(|t| t.kind != Kind::Work).map(|t| &*t.name).collect();
         let works = of().any(|t| t.kind == Kind::Work);
-        // Converters and loads change the charge that flows, not that which they hold.
+        // Charge is exempt, because the currents at the connectors of a converter differ although
+        // it stores no charge.
         quantity != Quantity::Charge
             && connectors.len() + usize::from(works) > 1
             && !connectors.is_empty()

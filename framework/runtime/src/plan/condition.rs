@@ -171,7 +171,8 @@ impl Condition {
                         Code::Subtract => a - b,
                         Code::Multiply => a * b,
                         Code::Divide => a / b,
-                        // A condition with an unknown value does not hold: `and` is not the other side alone.
+                        // If an operand of `and` is unknown, the condition does not hold; `min` would return
+                        // the other operand.
                         Code::Least if a.is_nan() => a,
                         Code::Least if b.is_nan() => b,
                         Code::Least => a.min(b),
@@ -297,7 +298,8 @@ impl<'a> Reader<'a> {
             self.emit(Code::Strict);
             return Ok(());
         }
-        // `(a < b or c < d)` and `(a + b) * 2 < c` begin alike: try the first, go back for the second.
+        // `(a < b or c < d)` and `(a + b) * 2 < c` begin alike: try the first form, and backtrack for
+        // the second.
         let (rest, length, depth) = (self.rest, self.code.len(), self.depth);
         if self.take("(") && self.deeper(Self::any).is_ok() && self.take(")") {
             let rest = self.rest.trim_start();
@@ -316,7 +318,7 @@ impl<'a> Reader<'a> {
                     "write `<=` and `>=`, joined by `and`: a number that moves is equal for an instant only".into(),
                 ));
             }
-            // A truth value by itself.
+            // A truth value alone is a complete test.
             let truth = left == Unit::ANY || left == Unit::ONE;
             let ends = self.rest.is_empty() || self.rest.starts_with([')', 'a', 'o']);
             if !(truth && ends && self.code[length..].iter().any(|c| matches!(c, Code::Value(_)))) {
@@ -414,7 +416,7 @@ impl<'a> Reader<'a> {
         let bytes = self.rest.as_bytes();
         let digits = |mut i: usize| {
             let digit = |k: usize| bytes.get(k).is_some_and(u8::is_ascii_digit);
-            // Between digits an underscore is for readers, as in all other numbers of a file.
+            // An underscore between two digits is ignored, as in all other numbers of a file.
             let parts =
                 |k: usize| bytes.get(k) == Some(&b'_') && k > 0 && digit(k - 1) && digit(k + 1);
             while digit(i) || bytes.get(i) == Some(&b'.') || parts(i) {
@@ -633,7 +635,7 @@ mod tests {
         }
         let deep = format!("{}A.mach{} < 1", "(1 + ".repeat(20), ")".repeat(20));
         assert!(Condition::parse(&deep, &variables()).unwrap_err().to_string().contains("deep"));
-        // Text of any length: a stack has an end.
+        // Text of any depth must return an error instead of overflowing the stack.
         for open in ["(", "not ", "-", "- (", "abs(", "(not ", "A.mach < (", "A.mach < -"] {
             for n in [60, 100, 1_000_000] {
                 let e = Condition::parse(&open.repeat(n), &variables()).unwrap_err();

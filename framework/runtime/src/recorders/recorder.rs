@@ -209,7 +209,7 @@ impl Recorder {
             self.channel.full.as_ref().is_some_and(|f| f.send(Message::Flush(answer)).is_ok());
         match sent.then(|| answered.recv()) {
             Some(Ok(Ok(()))) => Ok(()),
-            // The thread has ended or is ending; its own message is the relevant one.
+            // The thread has ended or is ending, so return its error.
             _ => self.channel.end(),
         }
     }

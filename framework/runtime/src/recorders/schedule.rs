@@ -16,7 +16,7 @@ pub struct Schedule {
 impl Schedule {
     /// Creates a schedule from `tick` on, which is itself due if it is the first tick at or after a multiple of the period.
     pub fn from(tick: u64, base: Seconds, period: Seconds) -> Schedule {
-        // The last multiple before the tick is what came before it.
+        // Index of the first multiple after the previous tick.
         let before = tick.checked_sub(1).map_or(0, |t| multiples(t, base, period) + 1);
         Schedule { period, base, next: tick_of(before, base, period) }
     }
@@ -72,7 +72,7 @@ mod tests {
         // Tick 3 is the first at or after 2.5 ms, tick 4 is not.
         assert_eq!(due(Schedule::from(3, MS, p), 3..9), [3, 5, 8]);
         assert_eq!(due(Schedule::from(4, MS, p), 4..9), [5, 8]);
-        // A period shorter than a tick is due at each.
+        // A schedule whose period is shorter than a tick is due at every tick.
         assert_eq!(due(Schedule::from(0, MS, Seconds { num: 1, den: 7000 }), 0..4), [0, 1, 2, 3]);
         // Steps over several multiples count once.
         let mut s = Schedule::after(0, MS, p);
@@ -81,7 +81,7 @@ mod tests {
 
     #[test]
     fn a_third_of_a_second_is_kept_for_years() {
-        // As read from "0.3333333333333333": a denominator near 10^16.
+        // A third that is read from "0.3333333333333333" has a denominator near 10^16.
         let third = Seconds::from_decimal(1.0 / 3.0).unwrap();
         for p in [third, Seconds { num: 1, den: 3 }] {
             for years in [0u64, 1, 30] {

@@ -76,7 +76,8 @@ impl Simulation {
         let now = self.next(Evaluation::Tick);
         self.updates(&plan, &now)?;
         self.look(&plan)?;
-        // What stops the run stays due; the state is whole, for who puts it right.
+        // An event that stops the run stays due. The state is complete, so that a caller can change
+        // it and continue.
         fired.and_then(|_| self.first_events()).map(|_| ())
     }
 }

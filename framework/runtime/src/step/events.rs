@@ -161,12 +161,12 @@ impl Simulation {
             Fires::Watch { which } => {
                 let guard = &mut self.state.guards[k];
                 (guard.due, guard.side) = (0, 0);
-                // The condition holds from here on: a value below zero is round-off.
+                // The condition holds from this instant on, so a negative value is round-off.
                 guard.value = guard.value.max(0.0);
                 return Ok(Some(which));
             }
         }
-        // The step size of before says nothing about after.
+        // The last step size and error do not apply after an event.
         self.state.memory = linkwork_integrate::Memory::START;
         Ok(None)
     }
@@ -189,7 +189,8 @@ impl Simulation {
             if self.state.guards[k].is_due() {
                 ways.fill(0);
                 ways[k - all.start] = self.state.guards[k].due;
-                // What stops the run stays due: a run that continues from here stops again.
+                // A guard that stops the run stays due, so that a run that continues from here
+                // stops again.
                 let which = Fired::new(&ways[..all.len()]);
                 if let Err(stopped) = self.hear(plan, &plan.guards[k].name, block, which) {
                     self.work.ways = ways;
@@ -220,7 +221,7 @@ impl Simulation {
                 _ => self.leave_zero(plan, k, way),
             }
         }
-        // How fast guards move after an event is not known.
+        // The rates of the guards are unknown after an event.
         self.state.guards.iter_mut().for_each(|g| g.change = f64::INFINITY);
         self.work.ways = ways;
         done
@@ -352,7 +353,8 @@ impl Simulation {
             state.moved(*end, h, plan);
         }
         self.state.guards[k].due = if found.direction == Direction::Rising { 1 } else { -1 };
-        // Guards that had fired before this step: the step has shown on which side they are.
+        // Guards that had fired before this step: the step has shown on which side of zero they
+        // are.
         if theta * h > INSTANT && self.state.guards.iter().any(|g| g.side == 0) {
             self.look_at(plan, h, theta)?;
             for (state, (guard, value)) in
@@ -376,12 +378,13 @@ impl Simulation {
         found: Crossing,
     ) -> Result<f64, StepFailure<Stopped>> {
         let theta = found.theta;
-        // Blocks with their own stepping method are interpolated, and a jump stays where it is.
+        // Blocks with their own stepping method are interpolated linearly, and a jump is at the
+        // start of the step; neither needs a refinement.
         if theta == 0.0 || plan.derivs.is_empty() {
             return Ok(theta);
         }
         let sign = if found.direction == Direction::Rising { 1.0 } else { -1.0 };
-        // Zero itself is on the old side of a guard in both directions that rises.
+        // For a rising guard that fires in both directions, zero itself is on the old side.
         let strict =
             plan.guards[k].direction == Direction::Either && found.direction == Direction::Rising;
         let reached = |y: f64| y > 0.0 || (y == 0.0 && !strict);
@@ -397,7 +400,7 @@ impl Simulation {
         if reached(there) && there <= slope * width {
             return Ok(theta);
         }
-        // A bracket around it, whose width follows from how far off the value is.
+        // Find a bracket around the crossing. Its first width follows from the error of the value.
         let mut reach = if slope > 0.0 { (2.0 * there.abs() / slope).max(width) } else { width };
         let (mut low, mut high) = ((theta, there), (theta, there));
         while reached(low.1) {
@@ -411,7 +414,7 @@ impl Simulation {
         }
         while !reached(high.1) {
             if high.0 == 1.0 {
-                // It touches zero within the error of the step.
+                // The guard touches zero within the error of the step.
                 return Ok(theta);
             }
             low = high;
@@ -441,7 +444,8 @@ impl Simulation {
     ) -> Result<Option<Crossing>, StepFailure<Stopped>> {
         let GuardState { value: start, change, side: was, .. } = self.state.guards[k];
         let direction = plan.guards[k].direction;
-        // It may have gone to zero and come back only if it moved about as far as it stands from it.
+        // The guard can have reached zero and returned only if its change is comparable with its
+        // distance from zero.
         let moved = (end - start).abs().max(change.abs());
         let near = start.abs().min(end.abs());
         if was != 0 && side(end, direction) == was && near > 2.0 * moved {

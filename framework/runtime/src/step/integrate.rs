@@ -29,12 +29,14 @@ impl Simulation {
             return Ok(Stop::Row);
         }
         if !plan.steps.is_empty() {
-            // Once, as far as the row, however many steps the integrator takes for the other states.
+            // Advance these parts once, up to the row, independently of the number of steps that the
+            // integrator takes for the other states.
             let moved = self.advance(plan, gap - self.state.since);
             moved.map_err(|failure| self.failed(failure))?;
             self.hear_steps(plan);
         }
-        // k₁ of the first step comes from the signals of this instant, unless parts give averages over the step.
+        // The first step computes k₁ from the signals of this instant, unless parts return averages over the
+        // step.
         let (mut known, mut anew) = (!plan.averages, plan.averages);
         let mut steps = 0_u32;
         loop {
@@ -153,7 +155,8 @@ impl Simulation {
         let pins = pins.as_deref();
         let turns = !turning::of(plan).is_empty();
         let k1 = match known {
-            // The last step had other averages, or a state has changed since.
+            // Compute k₁ again, because the last step used other averages or a state has changed
+            // since.
             false if anew => None,
             false => work.integrator.end_derivatives().map(|k| work.xdot.copy_from_slice(k)),
             true => {
@@ -285,7 +288,7 @@ impl Simulation {
                 (None, (!turning::of(plan).is_empty()).then_some(&mut work.stage[..]));
             let mut system =
                 Running { plan, blocks, d, sig, now, began, pins, number, linear, stage };
-            // A step has a length: at its start the dense output is the state.
+            // A step must have a length; at the start of the step, the dense output is the state.
             if purpose == Purpose::Look || theta == 0.0 {
                 work.integrator.dense(&mut system)?.at(theta, &mut work.inside);
             } else if plan.averages {
@@ -308,7 +311,7 @@ impl Simulation {
             }
             return Ok(());
         }
-        // Again from the start, as far as the event.
+        // Advance these parts again, from the start of the step to the event.
         for (&k, slot) in plan.steps.iter().zip(&work.stores) {
             if let Some(store) = slot {
                 blocks[k as usize].take_store(&**store);
@@ -327,7 +330,7 @@ impl Simulation {
         for lanes in &plan.stepped {
             work.inside[lanes.clone()].copy_from_slice(&x[lanes.clone()]);
         }
-        // The reports of the step itself.
+        // Copy the outputs that the parts write while they advance.
         for lanes in &plan.stepped_outputs {
             state.sig[lanes.clone()].copy_from_slice(&sig[lanes.clone()]);
         }

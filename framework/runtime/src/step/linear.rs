@@ -164,7 +164,7 @@ impl Linear {
                     size = size.max((slope * step).abs());
                     rate += slope * at.f[state];
                 }
-                // How a sought lane moves is not yet known.
+                // The change of a sought signal within the step is not known yet.
                 None => size = size.max(root * SOUGHT * slope.abs()),
             }
         }

@@ -120,7 +120,7 @@ impl Running<'_> {
                     let sum = &self.plan.sums[j as usize];
                     sum.dst as usize..(sum.dst + sum.lanes) as usize
                 }
-                // Loops do not nest.
+                // A loop does not contain other loops.
                 Op::Loop(_) => continue,
             };
             lanes.for_each(|lane| linear.substitute(lane, n));
@@ -187,7 +187,7 @@ impl Running<'_> {
             if !left(linear, column) {
                 continue;
             }
-            // The signal or state that is perturbed.
+            // Index of the signal to perturb; `None` if the column is a state.
             let signal = column.checked_sub(nx).map(|c| linear.reads[c]);
             if let Some(lane) = signal {
                 // A signal that feeds two inputs perturbs both, so its first column contains the whole change. A non-finite signal has no derivative.

@@ -382,7 +382,7 @@ impl Simulation {
     /// tick, is at `t`: a sum such as `time + 0.02` in floating point is not a multiple of the tick.
     pub fn before(&self, t: Seconds) -> bool {
         let base = self.plan.base;
-        // In units of one second by both denominators.
+        // Compare integers: the unit is one second divided by both denominators.
         let tick = u128::from(base.num) * u128::from(t.den);
         let (now, goal) =
             (u128::from(self.state.tick) * tick, u128::from(t.num) * u128::from(base.den));

@@ -200,7 +200,7 @@ impl Simulation {
                 evaluate::run_all_now(&mut blocks, plan, &[k], &now, lanes, pins, unseen())?;
             }
         }
-        // New sampled parts whose tick is now.
+        // Update new sampled parts that are due at this tick.
         for (k, part) in plan.parts.iter().enumerate() {
             let w = &part.wiring;
             let due = w.period > 0 && at_tick && tick % w.period == w.offset;
@@ -210,7 +210,7 @@ impl Simulation {
                 outcome.map_err(|failure| Stopped { block: k as u32, failure })?;
             }
         }
-        // New fields are evaluated after them, as at a row.
+        // Update new fields after the parts, as at a row.
         let mut changed = false;
         for field in &plan.fields {
             let (k, w) = (field.block as usize, &plan.parts[field.block as usize].wiring);
@@ -254,7 +254,7 @@ impl Simulation {
 
 /// Converts the current instant to ticks of another plan: its last row and the time since.
 fn place_in_time(old: &State, from: &Plan, new: &mut State, to: &Plan) {
-    // Exact: t = tick · base.
+    // Use integers, so that t = tick · base is exact.
     let (a, b) = (from.base, to.base);
     let num = u128::from(old.tick) * u128::from(a.num) * u128::from(b.den);
     let den = u128::from(a.den) * u128::from(b.num);

@@ -230,7 +230,8 @@ impl Simulation {
         if *disturbed {
             self.state.sig.copy_from_slice(signals);
         }
-        // The next stretch begins here if no row or event is between the two.
+        // If no row or event follows in between, the next stretch begins with the values at the end
+        // of this one.
         std::mem::swap(start, end);
         self.observed = Some(observed);
     }

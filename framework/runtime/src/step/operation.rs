@@ -24,7 +24,8 @@ fn solve(
     (x, d, sig): Lanes<'_>,
 ) -> Result<(), Stopped> {
     let n = l.tears.len();
-    // All of it is one evaluation: the state stays, and with it what blocks keep by its number.
+    // The solution is one evaluation: the state does not change, and blocks keep the values that
+    // they cache by the number of the evaluation.
     let mut evaluate = |sig: &mut [f64]| -> Result<f64, Stopped> {
         for op in &l.ops {
             run(blocks, plan, *op, now, x, d, sig)?;
@@ -48,7 +49,7 @@ fn solve(
             sig[from + i] = sig[*t as usize];
             sig[right + i] = sig[*s as usize] - sig[*t as usize];
         }
-        // Columns of J = ∂s/∂t − 1.
+        // These are the columns of J = ∂s/∂t − 1.
         for (j, (t, ..)) in l.tears.iter().enumerate() {
             let t = *t as usize;
             let h = 1e-7 * sig[from + j].abs().max(sig[right + j].abs()).max(1e-3);
@@ -83,7 +84,8 @@ fn solve(
             break;
         }
     }
-    // Workspace does not belong to the state: its content must not distinguish runs, or be infinite.
+    // Clear the workspace, because it is not part of the state: left-over values must not make equal
+    // runs differ, and must not be infinite.
     sig[matrix..matrix + n * n + 3 * n].fill(0.0);
     (sig[report], sig[report + 1]) = (steps as f64, if miss.is_finite() { miss } else { 1e300 });
     if miss <= 1.0 {

@@ -111,7 +111,7 @@ impl Simulation {
         for rate in TURNING {
             let Some(plant) = self.plant(&plan, &loops, rate) else { return Vec::new() };
             for l in &loops {
-                // A loop that was found at another rate is reported once.
+                // Report a loop once, even if it was found at several rates.
                 if found.iter().all(|f| f.controller != l.controller) {
                     found.extend(self.examine(&plan, l, &plant));
                 }
@@ -164,7 +164,7 @@ impl Simulation {
                 system.sig[lane] = old - step;
                 system.derivatives(t, &x, &mut f2)?;
                 system.sig[lane] = old;
-                // At a limit one side does nothing.
+                // If an actuator is at its limit, a change in one direction has no effect.
                 let side = |k: usize| [(f1[k] - f0[k]) / step, (f0[k] - f2[k]) / step];
                 let greater = |[a, b]: [f64; 2]| if a.abs() >= b.abs() { a } else { b };
                 drives.insert(s, (0..n).map(|k| greater(side(k))).collect());
@@ -198,7 +198,7 @@ impl Simulation {
         let mut lanes: BTreeSet<usize> = measured.map(|(k, _)| *k).collect();
         let drives: Vec<&Vec<f64>> = l.outputs.iter().filter_map(|s| plant.drives.get(s)).collect();
         let acts = |k: &usize| drives.iter().any(|b| b[*k] != 0.0);
-        // States of actuators: driven by the outputs, and they move what is measured.
+        // States of actuators: the outputs drive them, and they drive the measured states.
         let actuators: Vec<usize> = (plant.states.iter())
             .filter(|(k, column)| {
                 !lanes.contains(k) && acts(k) && lanes.iter().any(|row| column[*row] != 0.0)
@@ -440,7 +440,7 @@ fn discrete(
     let mut both = DMatrix::zeros(n + m, n + m);
     both.view_mut((0, 0), (n, n)).copy_from(&(A * period));
     both.view_mut((0, n), (n, m)).copy_from(&(B * period));
-    // Scaling and squaring with a Taylor series.
+    // The exponential is computed by scaling and squaring with a Taylor series.
     let norm = both.norm();
     if !norm.is_finite() {
         return None;
@@ -491,13 +491,14 @@ fn loops(plan: &Plan) -> Vec<Loop> {
             }
         }
     }
-    // Operations that a held operation follows from, itself included, through held operations alone.
+    // Returns the operations that change only at samples and on which `op` depends directly or
+    // through others of this kind, including `op`.
     let upstream = |op: u32| {
         let (mut seen, mut stack) = (BTreeSet::new(), vec![op]);
         while let Some(op) = stack.pop() {
             if !flow.continuous[op as usize] && seen.insert(op) {
                 stack.extend(&flow.depends[op as usize]);
-                // A discrete state follows from what its update reads.
+                // A discrete state depends on the signals that its update reads.
                 if let Some(k) = block_of(plan.ops[op as usize]) {
                     stack.extend(reads(k).filter_map(held));
                 }
@@ -510,7 +511,8 @@ fn loops(plan: &Plan) -> Vec<Loop> {
     for (op, lanes) in acting {
         let ops = upstream(op);
         let sampled = |op: &u32| block_of(plan.ops[*op as usize]).filter(|k| period(*k) > 0.0);
-        // The part from which the output comes, perhaps through parts without a rate.
+        // The controller is the sampled part that computes the output; parts without a rate may
+        // follow it.
         let own = sampled(&op).or_else(|| ops.iter().rev().find_map(sampled));
         let Some(controller) = own else { continue };
         let own = all.entry(controller).or_insert_with(|| Loop {
@@ -526,7 +528,7 @@ fn loops(plan: &Plan) -> Vec<Loop> {
         own.ops.extend(ops);
     }
     for own in all.values_mut() {
-        // Parts of another period are held.
+        // Outputs of parts with another period are treated as constant.
         let sample = own.period;
         let same = |op: &u32| {
             block_of(plan.ops[*op as usize]).is_none_or(|k| [0.0, sample].contains(&period(k)))

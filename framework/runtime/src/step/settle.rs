@@ -117,7 +117,7 @@ pub fn settle(
     groups: &[SettleGroup],
 ) -> Vec<bool> {
     let mut free = vec![Free::Own; groups.len()];
-    // What advances by impulses has no derivative to follow.
+    // A mechanism that advances by impulses has no derivatives to integrate.
     if plan.derivs.is_empty() || !plan.steps.is_empty() {
         return vec![false; groups.len()];
     }
@@ -189,7 +189,7 @@ fn relax(plan: &Plan, v: &Range<usize>, free: &[&[usize]], h: f64) -> Option<End
     let mut speed = vec![f64::INFINITY; free.len()];
     let mut before = speed.clone();
     let mut moves = vec![false; free.len()];
-    // Groups that neither rest nor were found to move on.
+    // Groups that have neither come to rest nor been found to keep moving.
     let mut left: Vec<usize> = (0..free.len()).filter(|m| !free[*m].is_empty()).collect();
     let (steps, look) = ((LONGEST / h) as u64, (SLOWS / h) as u64);
     for k in 1..=steps {

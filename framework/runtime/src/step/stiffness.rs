@@ -49,7 +49,8 @@ fn step_map(plan: &Plan, J: &DMatrix<f64>, h: f64) -> Option<DMatrix<f64>> {
             Some((&one + second) * (one + first))
         }
         Method::Explicit(table) => {
-            // gᵢ = 1 + z Σ aᵢⱼ gⱼ and 1 + z Σ bᵢ gᵢ, as matrices.
+            // The stability function of a Runge-Kutta method with z = J h: gᵢ = 1 + z Σ aᵢⱼ gⱼ, R =
+            // 1 + z Σ bᵢ gᵢ.
             let z = J * h;
             let sum = |weights: &[f64], g: &[DMatrix<f64>]| {
                 let zero = DMatrix::zeros(n, n);
@@ -97,7 +98,7 @@ impl Simulation {
             return None;
         }
         let J = self.jacobian()?;
-        // Returns the growth rate of the system itself, 1/s.
+        // Growth rate of the system itself (1/s), from a step that is short enough to be accurate.
         let short_step = h.min(0.25 / J.norm().max(1e-300));
         let own = growth(step_map(&plan, &J, short_step)?)?.0.ln() / short_step;
         let excess = |h: f64| {

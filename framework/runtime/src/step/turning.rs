@@ -131,7 +131,7 @@ pub(super) fn end(turning: &[Turning], start: &[f64], x: &mut [f64]) {
     for body in turning {
         let v = body.linear(start);
         let gained = body.linear(x) - body.out(start, v);
-        // q₁⁻¹ q₀
+        // The relative rotation is q₁⁻¹ q₀.
         let (p, q) = (body.quaternion(start), body.quaternion(x));
         let (a, s, b, t) = (vec3(&p, 0), p[3], vec3(&q, 0), q[3]);
         let r = t * a - s * b - b.cross(&a);

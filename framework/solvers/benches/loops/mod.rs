@@ -205,7 +205,7 @@ pub fn parallel_chains(depth: usize, size: usize) -> Case {
             let inner = if k % size == 0 { 'a' } else { side };
             let parent = if k == 0 { "world".to_owned() } else { name(inner, k - 1) };
             let x = if k == 0 { 0.0 } else { 1.0 };
-            // Side by side on their common parent.
+            // The two chains are side by side on their common parent.
             let y = if side == 'b' && k % size == 0 { 0.7 } else { 0.0 };
             b.body(
                 BodySpec::new(name(side, k), parent)

@@ -214,7 +214,7 @@ mod tests {
                 continue;
             }
             for (x, b) in x.iter().zip(&b) {
-                // Measured 4.2e-15.
+                // Measured: 4.2e-15.
                 assert!((x - b).abs() < 1e-12, "{k}: {x} {b}");
             }
         }

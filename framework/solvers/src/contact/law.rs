@@ -108,7 +108,7 @@ mod tests {
                 let (up, down) = (law(1.0), law(-1.0));
                 for i in 0..cone.rows() {
                     let difference = -(up[i] - down[i]) / (2.0 * h);
-                    // Measured 1.6e-10; none of the seeds hits a kink.
+                    // Measured: 1.6e-10; none of the seeds hits a kink.
                     assert!((H[i][j] - difference).abs() < 1e-7, "{cone:?} {i} {j}");
                 }
             }

@@ -199,7 +199,7 @@ impl Rows<'_> {
     pub fn gathered(&self, y: &[f64x4]) -> f64x4 {
         let mut sum = [f64x4::splat(0.0); 4];
         if self.rows == 3 {
-            // Contacts with friction: three independent chains of operations.
+            // Contacts with friction have three independent chains of operations.
             for (k, e) in self.at.iter().zip(self.e.as_chunks::<3>().0) {
                 let y = y[*k as usize];
                 sum[0] = e[0].mul_add(y, sum[0]);

@@ -189,7 +189,7 @@ impl Lemke {
             }
         }
         let rank = pivoted_cholesky(&mut self.factor, m, &mut self.order);
-        // Columns of W_bc, then b_b.
+        // The loop is over the columns of W_bc, then b_b.
         for c in 0..=rows {
             if self.bilateral.binary_search(&c).is_ok() || rank == 0 {
                 continue;

@@ -128,7 +128,8 @@ impl Block {
         let (a, b) = (W[1][1] - c[0] * W[0][1], W[2][2] - c[1] * W[0][2]);
         let off = W[1][2] - c[0] * W[0][2];
         self.stiff = [a, b, off];
-        // Far from singular: det S ≥ s₂ tr S / 2.
+        // S is far from singular if its determinant is large: det S ≥ s₂ tr S / 2, where s₂ is the
+        // smaller eigenvalue.
         let (trace, det) = (a + b, a * b - off * off);
         if det > 1e-6 * trace * trace {
             let per = 1.0 / det;

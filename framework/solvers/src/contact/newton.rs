@@ -113,7 +113,8 @@ impl Newton {
                 rho = (0.1 * rho).max(LAST);
             }
         }
-        // If no solution exists, the last step is the least squares one, but the best is not.
+        // If no solution exists, the last step is the least-squares solution, and the best iterate
+        // is not.
         if best.residual <= stop.tolerance || !(last.residual <= 2.0 * best.residual) {
             lambda.copy_from_slice(&self.best);
             last = best;
@@ -274,7 +275,7 @@ impl Newton {
             let (dof, e) = problem.entries(g);
             let H = &self.H[g];
             for (&i, left) in dof.iter().zip(e) {
-                // Row i of Eᵀ H.
+                // This is row i of Eᵀ H.
                 let mut row = [0.0; 4];
                 for k in 0..4 {
                     row = axpy4(left[k], &H[k], row);
@@ -444,7 +445,7 @@ mod tests {
                 problem.scatter(g, &pull, &mut left);
             }
             for (x, G) in left.iter().zip(&newton.G) {
-                // Measured 2.4e-15.
+                // Measured: 2.4e-15.
                 assert!((x + G).abs() < 1e-12, "side {side}: {x} {G}");
             }
         }

@@ -249,7 +249,7 @@ impl Sparse {
                 let block = self.block(pl, pr) as usize;
                 for r in 0..self.size_at(pl as usize) {
                     let e = &e[at as usize + r];
-                    // Row r of Eᵀ H.
+                    // This is row r of Eᵀ H.
                     let row = (1..rows).fold(H[0] * f64x4::splat(e[0]), |sum, i| {
                         H[i].mul_add(f64x4::splat(e[i]), sum)
                     });

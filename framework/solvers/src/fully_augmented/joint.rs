@@ -185,7 +185,8 @@ impl Joint {
         for s in body.subhinges() {
             let (q, v) = (&q[s.q.clone()], &v[s.v.clone()]);
             let X = s.subhinge.kind.pose(q);
-            // Displacement of the origin, its rate relative to the frame, and the rotation.
+            // The quantities are the displacement of the origin, its rate relative to the frame,
+            // and the rotation.
             let d = R * X.position;
             let (u, turn, extra) = match s.subhinge.kind {
                 SubhingeKind::Locked => continue,

@@ -14,7 +14,7 @@ impl FullyAugmentedSolver {
         let (j, block) = (&self.joints[k], &mut self.blocks[b]);
         let from = j.parent.map_or(&self.world, |p| &self.states[p]);
         let c = self.states[j.child].c;
-        // Known part of A_k − φ* A_p; rotors move by applied forces alone.
+        // This is the known part of A_k − φ* A_p; rotors move by applied forces alone.
         let mut known = j.b;
         for ((role, h), i) in j.roles.iter().zip(&j.H).zip(j.v..) {
             match role {
@@ -103,7 +103,7 @@ impl FullyAugmentedSolver {
             let j = &self.joints[*k];
             let mut unit = [0.0; 6];
             unit[*at] = coupling.factor(term, q);
-            // H⁺* e: a wrench that does work only on this coordinate.
+            // The vector H⁺* e is a wrench that does work only on this coordinate.
             let w = j.all.wrench(&unit);
             rhs += w.dot(&j.b);
             let sides = [

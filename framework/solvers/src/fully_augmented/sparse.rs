@@ -113,7 +113,7 @@ impl Sparse {
             let (L, d, d_inv) = (self.diagonal[j], self.d[j], self.d_inv[j]);
             for (_, at) in &self.below[j] {
                 let S = &mut self.a[*at];
-                // S ← S L⁻*, column by column.
+                // The update is S ← S L⁻*, column by column.
                 for c in 0..self.rows[j] {
                     for m in 0..c {
                         let l = L[(c, m)];

@@ -90,7 +90,7 @@ impl<'g, G: FnMut(f64, f64) -> Option<(f64, Vec3)>> Rim<'g, G> {
     /// Finds the point where the rim is parallel to the ground, between `a`, where it descends towards `b`, and `b`, where it is higher or descends
     /// towards `a`.
     fn between(&mut self, mut a: Point, mut b: Point) -> Option<Footing> {
-        // Slopes in the direction from a to b: negative at a.
+        // Slope in the direction from a to b. It is negative at a.
         let sign = (b.footing.angle - a.footing.angle).signum();
         let along = |p: &Point| sign * p.slope;
         let (mut last, mut new) = (b, a);
@@ -104,7 +104,8 @@ impl<'g, G: FnMut(f64, f64) -> Option<(f64, Vec3)>> Rim<'g, G> {
                 break;
             }
             (last, new) = (new, self.at(Turn::of(x))?);
-            // It still descends and does not rise in between, so the minimum is beyond.
+            // At this point the rim still descends, and it did not rise in between, so the minimum
+            // is beyond the point.
             if along(&new) < 0.0 && new.height < a.height {
                 a = new;
             } else {

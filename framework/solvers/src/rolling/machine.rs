@@ -135,7 +135,7 @@ impl Machine {
     pub fn rows(&mut self, tree: &Tree, ws: &Workspace, jacobian: &mut [f64], up: &Vec3) {
         let (n, nv) = (self.unknowns(), tree.nv());
         let origin = ws.body_pose(tree, self.spec.root).position;
-        // Jacobian from the root's rates to its twist in the axes of W.
+        // The Jacobian maps the root's rates to its twist in the axes of W.
         body_jacobian(tree, ws, self.spec.root, jacobian);
         let twist = Matrix6::from_fn(|row, k| jacobian[row * nv + self.root + k]);
         self.inverse = twist.try_inverse().unwrap_or_else(Matrix6::identity);
@@ -154,7 +154,8 @@ impl Machine {
             let directions = [foot.normal, ahead, side, *up];
             let from_root = foot.point - origin;
             for k in 0..n {
-                // Angular velocity of the wheel, and velocity of its footing.
+                // The function returns the angular velocity of the wheel, and the velocity of its
+                // footing.
                 let turning = |axis: Vec3| (axis, axis.cross(&from_root));
                 let (turns, motion) = match k {
                     0 => (Vec3::zeros(), Vec3::x()),

@@ -95,7 +95,7 @@ impl Islands {
             let of = |b: &BodyId| out.node_of_body[b.index()];
             out.node_of_constraint.push(couples(c).iter().map(of).min().unwrap_or(NONE));
         }
-        // One node: the single island never changes and keeps the original indices.
+        // With one node, the single island never changes and keeps the original indices.
         let rates = out.node_of_rate.len();
         out.local = (0..rates as u32).collect();
         out.rates = out.local.clone();

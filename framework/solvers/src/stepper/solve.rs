@@ -68,7 +68,7 @@ impl ContactStepper {
             };
             let mut depth = part * (-gap - slop);
             if depth > 0.0 {
-                // The part that the step itself removes need not be removed again.
+                // Subtract the part of the depth that the step itself removes.
                 let (mut v, mut pulled) = (self.free_velocity(g, h, false), [0.0; WIDTH]);
                 self.rows.push(g, &self.y, &mut pulled);
                 v[0] += h * pulled[0];
@@ -170,7 +170,7 @@ fn fastest(speeds: &f64x4) -> f64 {
 /// Combines two islands: the worse residual, with the method of the one that took more iterations.
 fn merged(a: &Report, b: &Report) -> Report {
     let most = if b.iterations > a.iterations { b } else { a };
-    // Keeps NaN.
+    // A NaN residual counts as the worse one.
     let a_is_worse = !(b.measure.residual > a.measure.residual) && !b.measure.residual.is_nan();
     let measure = if a_is_worse { a.measure } else { b.measure };
     Report { measure, converged: a.converged && b.converged, ..*most }

@@ -187,7 +187,7 @@ impl Run {
 fn nothing(_: &Tree, _: &mut Workspace, _: &mut [f64]) {}
 
 fn rod(mass: f64, com: Vec3, along: Vec3, length: f64, width: f64) -> MassProperties {
-    // A prism with square cross-section.
+    // The body is a prism with a square cross-section.
     let (across, axial) =
         (mass * (length * length + width * width) / 12.0, mass * width * width / 6.0);
     let I = Mat3::from_diagonal(&along.map(|a| if a == 0.0 { across } else { axial }));
@@ -246,7 +246,7 @@ pub fn pendulum_angle(t: f64) -> f64 {
 /// A02 with N windows: uprights on the ground at 0 … N, couplers between them, all upright at the start, and B0 moves at 1 m/s along x.
 pub fn a02(windows: usize) -> Problem {
     let mut b = Builder::new();
-    // Slender: m l²/12 about z, the only relevant axis.
+    // The link is slender: m l²/12 about z is the only relevant inertia.
     let link = MassProperties::new(1.0, Vec3::new(0.5, 0.0, 0.0), Mat3::identity() / 12.0);
     let mut hung = Vec::new();
     for i in 0..=windows {
@@ -473,19 +473,21 @@ const THIRD: f64 = std::f64::consts::FRAC_PI_3;
 /// [s, a, ψ̇] at `t`.
 pub fn a05_symmetric(t: f64, h: f64) -> [f64; 3] {
     let (w, m, ball, slider) = (0.01_f64, 0.3, 5.0, 3.0);
-    // About the rod's pin: along the rod, perpendicular to it in the plane, and about its own axis.
+    // `across` and `slim` are the moments of inertia of rod and ball about the pin and of the rod
+    // about its own axis, `first` is their first moment about the pin, and `fixed` is the constant
+    // part of the inertia about the shaft.
     let across = m * (1.0 + w * w) / 12.0 + m * 0.25 + ball;
     let (slim, first) = (m * w * w / 6.0, m * 0.5 + ball);
     let fixed = m * w * w / 6.0 + slider * 0.01 / 6.0;
     let f = move |_: f64, x: &[f64], d: &mut [f64]| {
         let (a, s, psi1, a1, s1) = (x[0], x[1], x[2], x[3], x[4]);
         let (sin, cos) = a.sin_cos();
-        // Inertia about the shaft, and its derivative with respect to a.
+        // This is the inertia about the shaft, and its derivative with respect to a.
         let J = fixed
             + 2.0
                 * (across * sin * sin + slim * cos * cos + 0.1 * first * sin + 0.0025 * (m + ball));
         let dJ = 2.0 * (2.0 * (across - slim) * sin * cos + 0.1 * first * cos);
-        // Spring from (0.05, s) to the rod's middle.
+        // The spring extends from (0.05, s) to the rod's middle.
         let arm = [0.5 * sin, 1.0 - 0.5 * cos - s];
         let l = arm[0].hypot(arm[1]);
         let (la, ls) = ((arm[0] * 0.5 * cos + arm[1] * 0.5 * sin) / l, -arm[1] / l);

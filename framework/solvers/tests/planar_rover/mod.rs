@@ -103,7 +103,7 @@ impl Rover {
     pub fn required(&self, heights: [f64; 3], wheel: usize, elevation: f64) -> f64 {
         let at = self.places(self.posture(heights));
         let (s, c) = elevation.sin_cos();
-        // The remaining horizontal force, if all contacts press.
+        // Returns the residual horizontal force; NaN if a contact would have to pull.
         let left = |mu: f64| {
             let (mut points, mut ways) = (at.hubs.map(|h| h - V2::y() * R), [V2::new(mu, 1.0); 3]);
             points[wheel] = at.hubs[wheel] - V2::new(-c, s) * R;
@@ -153,7 +153,7 @@ impl Rover {
     /// the acceleration per unit of the face's force with its friction (1/kg).
     pub fn off_the_face(&self, wheel: usize, mu: f64) -> [f64; 2] {
         let at = self.places([0.0; 3]);
-        // Rates: frame's origin (x, z), pitch, bogie.
+        // Rates: the frame's origin (x, z), its pitch, and the bogie.
         let J = |p: V2, of_bogie: bool| {
             let (f, b) = (p, p - at.pivot);
             let k = f64::from(of_bogie);

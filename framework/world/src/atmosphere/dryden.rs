@@ -90,7 +90,7 @@ impl Dryden {
     /// Returns a state in statistical equilibrium from five standard normal numbers, so that the first step is as gusty as any later one.
     #[must_use]
     pub fn stationary(noise: &[f64; 5]) -> DrydenState {
-        // x → ∞: ⟨q₁q₁⟩ = ½, ⟨q₁q₂⟩ = ¼, ⟨q₂q₂⟩ = ¼.
+        // In the limit x → ∞, ⟨q₁q₁⟩ = ½, ⟨q₁q₂⟩ = ¼ and ⟨q₂q₂⟩ = ¼.
         let pair = |a: f64, b: f64| [a * 0.5f64.sqrt(), a * 0.125f64.sqrt() + b * 0.125f64.sqrt()];
         DrydenState { u: noise[0], v: pair(noise[1], noise[2]), w: pair(noise[3], noise[4]) }
     }
@@ -141,7 +141,7 @@ fn transverse(q: [f64; 2], x: f64, noise: [f64; 2]) -> [f64; 2] {
 fn covariance(x: f64) -> [f64; 3] {
     let first = -0.5 * f64::exp_m1(-2.0 * x);
     if x < 0.02 {
-        // ∫ y e^(−2y) and ∫ y² e^(−2y) from 0 to x, term by term.
+        // Integrate y e^(−2y) and y² e^(−2y) from 0 to x as power series.
         let (mut term, mut c12, mut c22) = (1.0, 0.0, 0.0);
         for k in 0..8 {
             let k = f64::from(k);

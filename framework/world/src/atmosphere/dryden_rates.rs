@@ -229,7 +229,7 @@ mod tests {
         for a in [0.3, 1.0, 12.0] {
             let (one, two) = (over(0.35, a).0, over(0.7, a).0);
             let x = (-0.35_f64).exp();
-            // Φ(2x) = Φ(x)², row of f.
+            // The squaring is Φ(2x) = Φ(x)², in the row of f.
             let again = Vec3::new(
                 one.x * x + one.y * 0.35 * x + one.z * one.x,
                 one.y * x + one.z * one.y,

@@ -35,14 +35,16 @@ pub fn planet_light(r: &Vec3, to_sun: &Vec3, radius: f64, albedo: f64, emissivit
         return Vec3::zeros();
     }
     let up = r / distance;
-    // Sectors start on the side of the Sun, so that the sum has the symmetry of the integrand.
+    // Place the sectors symmetrically about the direction of the Sun, so that the sum has the
+    // symmetry of the integrand.
     let side = to_sun - up * up.dot(to_sun);
     let x =
         Unit::try_new(side, 1e-12).unwrap_or_else(|| Unit::new_normalize(up.cross(&least(&up))));
     let y = up.cross(&x);
     let mut sum = Vec3::zeros();
     for (node, weight) in RINGS {
-        // sin ψ = (R/r) sin χ: ψ at the spacecraft from the vertical, χ at the ground from its normal.
+        // sin ψ = (R/r) sin χ, where ψ is the angle from the vertical at the spacecraft and χ the
+        // angle from the normal at the ground.
         let chi = 0.25 * PI * (1.0 + node);
         let (sin, cos) = chi.sin_cos();
         let sin_psi = ratio * sin;
@@ -50,7 +52,8 @@ pub fn planet_light(r: &Vec3, to_sun: &Vec3, radius: f64, albedo: f64, emissivit
         let solid = ratio * ratio * sin * cos / cos_psi
             * (0.25 * PI * weight)
             * (2.0 * PI / SECTORS as f64);
-        // Angle at the planet's centre between the ground point and the spacecraft's vertical.
+        // The angle at the planet's centre is between the ground point and the spacecraft's
+        // vertical.
         let (sin_theta, cos_theta) = (chi - sin_psi.asin()).sin_cos();
         for k in 0..SECTORS {
             let (s, c) = ((k as f64 + 0.5) * 2.0 * PI / SECTORS as f64).sin_cos();

@@ -49,7 +49,8 @@ impl Discs {
         } else {
             let x = ((c - b) * (c + b) + a * a) / (2.0 * c);
             let y = (a * a - x * x).max(0.0).sqrt();
-            // Tangents instead of cosines: accurate for discs of very different sizes.
+            // Arc tangents are accurate even for discs of very different sizes, in contrast to arc
+            // cosines.
             1.0 - (a * a * y.atan2(x) + b * b * y.atan2(c - x) - c * y) / (PI * a * a)
         }
     }

@@ -48,7 +48,7 @@ impl Discrete {
             velocity: Vec3::new(s[3], s[4], s[5]),
         };
         let states: Vec<PointMotion> = words[..6 * count].chunks_exact(6).map(state).collect();
-        // Report states without a two-body motion here: a query cannot fail.
+        // Report states without a two-body motion here, because a query cannot return an error.
         let moves = |s: &PointMotion| propagate(mu, s, 1.0).is_ok();
         match states.iter().position(|s| !moves(s)) {
             Some(k) => Err(format!("its state {} has no two-body motion", k + 1)),
@@ -60,7 +60,7 @@ impl Discrete {
     pub(super) fn at(&self, et: f64) -> [Vec3; 2] {
         let n = self.epochs.len();
         let above = self.epochs.partition_point(|e| *e <= et).min(n - 1);
-        // Before the first and after the last epoch, one state is used.
+        // The state of the first epoch is used before it, and the state of the last epoch after it.
         let low = if self.epochs[above] <= et { above } else { above.saturating_sub(1) };
         let from = |k: usize| {
             let moved = propagate(self.mu, &self.states[k], et - self.epochs[k]);
@@ -126,7 +126,8 @@ impl Equinoctial {
         let b = 1.0 / (1.0 + (1.0 - h * h - k * k).sqrt());
         let x = a * ((1.0 - b * h * h) * cos + (h * k * b * sin - k));
         let y = a * ((1.0 - b * k * k) * sin + (h * k * b * cos - h));
-        // The orbit moves by M, and the line of apsides turns it.
+        // Differentiate: the mean anomaly moves the body along the orbit, and the precession of the
+        // line of apsides rotates it.
         let rb = h * sin + k * cos;
         let speed = (mean - apsis) * a / (1.0 - rb);
         let dx = speed * (h * b * rb - sin) - apsis * y;
@@ -135,7 +136,8 @@ impl Equinoctial {
         let f = Vec3::new(1.0 - p * p + q * q, 2.0 * p * q, -2.0 * p) * scale;
         let g = Vec3::new(2.0 * p * q, 1.0 + p * p - q * q, 2.0 * q) * scale;
         let position = f * x + g * y;
-        // f and g turn with the node about the pole, and back about the normal of the orbit.
+        // With the node, f and g rotate about the pole, and by the opposite rate about the normal
+        // of the orbit.
         let turn = (Vec3::z() - f.cross(&g)) * node;
         let velocity = f * dx + g * dy + turn.cross(&position);
         [self.axes * position, self.axes * velocity]

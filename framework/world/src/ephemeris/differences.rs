@@ -61,7 +61,7 @@ impl Differences {
         let top = r[size - 4] as usize;
         let orders = [1, 2, 3].map(|k| r[size - 4 + k] as usize);
         let h = et - r[0];
-        // Coefficients of the interpolating polynomial, and their integrals w.
+        // These are the coefficients of the interpolating polynomial, and their integrals w.
         let (mut f, mut g) = ([1.0; ORDER_MAX + 2], [0.0; ORDER_MAX + 2]);
         let mut ahead = h;
         for j in 0..top - 2 {

@@ -102,11 +102,12 @@ pub fn date(et: f64) -> String {
     if !(et.abs() < 1e12) {
         return format!("{et} s past J2000");
     }
-    // TDB is up to 2 ms from TT. Round like UTC, which is whole seconds and 0.184 s from TT.
+    // TDB differs from TT by up to 2 ms. Subtract 0.184 s before rounding, because UTC differs from
+    // TT by whole seconds and 0.184 s.
     let hundredths = ((et - 0.184) * 100.0).round();
     let whole = (hundredths / 100.0).floor();
     let rest = (hundredths - 100.0 * whole) / 100.0 + 0.184;
-    // Separate days from seconds, because nanoseconds of a century are not exact in a double.
+    // Separate days from seconds, because nanoseconds within a century are not exact in a double.
     let days = (whole / 86_400.0).floor() * 86_400.0;
     Epoch::j2000().plus(days).plus(whole - days).plus(rest).to_string()
 }
@@ -150,7 +151,8 @@ impl Ephemeris for Analytic {
         origin: Body,
         tdb: (f64, f64),
     ) -> Result<PointMotion, WorldError> {
-        // Compute the Moon from the Earth directly, because the detour over the Sun costs digits.
+        // Compute the Moon from the Earth directly, because a difference of two positions relative
+        // to the Sun has fewer accurate digits.
         match (target, origin) {
             (Body::Moon, Body::Earth) => return Ok(moon(tdb)),
             (Body::Earth, Body::Moon) => {

@@ -97,7 +97,8 @@ impl Spk {
     fn way(&self, target: i32, origin: i32, et: f64) -> Option<PointMotion> {
         let (mut p, mut v) = (Vec3::zeros(), Vec3::zeros());
         let mut from = target;
-        // A path has at most as many pieces as there are segments, so that a cycle in a damaged file also ends.
+        // Limit the length of the path to the number of segments, so that a cycle in a damaged file cannot
+        // cause an infinite loop.
         for _ in 0..=self.segments.len() {
             // Go up from the origin until `from` is found.
             let (mut q, mut w) = (Vec3::zeros(), Vec3::zeros());

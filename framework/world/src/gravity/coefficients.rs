@@ -52,7 +52,7 @@ fn at(n: usize, m: usize) -> usize {
 #[must_use]
 pub fn normalisation(n: usize, m: usize) -> f64 {
     let k = if m == 0 { 1.0 } else { 2.0 };
-    // Take the root of each factor, so that the product underflows later.
+    // Take the root of each factor, so that the product underflows only at higher degrees.
     let falling = ((n - m + 1)..=(n + m)).fold(1.0, |p, i| p / (i as f64).sqrt());
     (k * (2 * n + 1) as f64).sqrt() * falling
 }

@@ -206,7 +206,7 @@ fn row(field: &Coefficients, n: usize, first: usize, scale: &mut [f64; LANES]) -
         if n > m {
             let (n, m) = (n as f64, m as f64);
             *scale *= ((2.0 * n - 1.0) * (2.0 * n + 1.0) / ((n - m) * (n + m))).sqrt();
-            // Zero at n = m + 1.
+            // This factor is zero at n = m + 1.
             b[lane] = (n + m - 1.0) * (n - m - 1.0) / ((2.0 * n - 1.0) * (2.0 * n - 3.0));
         }
         let (cos, sin) = field.get(n, m);
@@ -262,7 +262,7 @@ fn block<const GRADIENT: bool>(
     };
     let (head, rest) = rows.split_at(LANES.min(rows.len()));
     for (k, row) in head.iter().enumerate() {
-        // G of this lane is still zero.
+        // The value G of this lane is still zero, so start it with its diagonal.
         let mut unit = [0.0; LANES];
         unit[k] = 1.0;
         let start = diagonal * Lanes::from(unit);

@@ -30,7 +30,7 @@ pub fn zonal(mu: f64, radius: f64, j: &[f64], p: &Vec3) -> Vec3 {
     let r = p.norm();
     let n = p / r;
     let u = n.z;
-    // P_0, P_1 and their derivatives.
+    // The recursion starts with P_0, P_1 and their derivatives.
     let (mut before, mut last) = ([1.0, 0.0], [u, 1.0]);
     let rho = radius / r;
     let mut power = rho;
@@ -58,11 +58,12 @@ pub fn zonal_gradient(mu: f64, radius: f64, j: &[f64], p: &Vec3) -> Mat3 {
     let r = p.norm();
     let n = p / r;
     let u = n.z;
-    // P, P', P'' of degrees 0 and 1.
+    // The recursion starts with P, P', P'' of degrees 0 and 1.
     let (mut before, mut last) = ([1.0, 0.0, 0.0], [u, 1.0, 0.0]);
     let rho = radius / r;
     let mut power = rho;
-    // f and g divided by μ/r², their derivatives with respect to u, and those with respect to r times r.
+    // The sums are f and g divided by μ/r², their derivatives with respect to u, and the derivatives
+    // with respect to r times r.
     let (mut f, mut f_u, mut f_r) = (-1.0, 0.0, 2.0);
     let (mut g, mut g_u, mut g_r) = (0.0, 0.0, 0.0);
     for (k, j) in j.iter().enumerate() {

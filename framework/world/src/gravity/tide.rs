@@ -29,7 +29,7 @@ pub fn solid_tide(k2: f64, radius: f64, raiser: &TideRaiser, p: &Vec3) -> Vec3 {
     let c = n.dot(&nj);
     let x = radius / rj;
     let y = radius / r;
-    // R⁵/(rⱼ³ r⁴) = (R/rⱼ)³ (R/r)⁴ / R²
+    // The factor is R⁵/(rⱼ³ r⁴) = (R/rⱼ)³ (R/r)⁴ / R².
     let k = k2 * raiser.mu * x * x * x * y * y * y * y / (2.0 * radius * radius);
     (n * (3.0 - 15.0 * c * c) + nj * (6.0 * c)) * k
 }
@@ -71,7 +71,7 @@ pub fn solid_tide_coefficients(
         let r = raiser.position.norm();
         let n = raiser.position / r;
         let k = k2 / 5.0 * (raiser.mu / field.mu) * (field.radius / r).powi(3);
-        // P̄₂ₘ e^(imλ), the factor cosᵐφ inside (s + it)ᵐ.
+        // The terms are P̄₂ₘ e^(imλ), with the factor cosᵐφ inside (s + it)ᵐ.
         let (root5, root15) = (5.0_f64.sqrt(), 15.0_f64.sqrt());
         let terms = [
             (root5 * 0.5 * (3.0 * n.z * n.z - 1.0), 0.0),

@@ -164,7 +164,7 @@ impl MagneticField {
     /// Returns B at `p` (m, the Earth's axes), T, in the same axes. Takes 0.3 µs.
     #[must_use]
     pub fn at(&self, p: &Vec3) -> Vec3 {
-        // Gravity is +∇V, so the sign is opposite.
+        // The gravity code computes +∇V, and the magnetic field is −∇V.
         -self.harmonics.acceleration(p)
     }
 }

@@ -50,7 +50,7 @@ impl ClohessyWiltshire {
     pub fn transition(&self, t: f64) -> [[Mat3; 2]; 2] {
         let n = self.rate;
         let (s, c) = (n * t).sin_cos();
-        // 1 − cos without cancellation.
+        // This computes 1 − cos without cancellation.
         let half = (0.5 * n * t).sin();
         let k = 2.0 * half * half;
         let rr = Mat3::new(1.0 + 3.0 * k, 0.0, 0.0, 6.0 * (s - n * t), 1.0, 0.0, 0.0, 0.0, c);

@@ -104,7 +104,7 @@ impl Elements {
         let node = Vec3::z().cross(&h);
         let node = if node.norm() > FLAT * h.norm() { node.normalize() } else { Vec3::x() };
         let start = if eccentricity > FLAT { e / eccentricity } else { node };
-        // Angle from a to b about w.
+        // This is the angle from a to b about w.
         let turn = |a: &Vec3, b: &Vec3| w.dot(&a.cross(b)).atan2(a.dot(b)).rem_euclid(TAU);
         Ok(Self {
             semi_latus_rectum: h.norm_squared() / mu,

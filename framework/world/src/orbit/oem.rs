@@ -169,7 +169,7 @@ impl Reader<'_> {
             let fact = format!("`TIME_SYSTEM = {}` is not supported", self.scale);
             return Err(self.wrong(n, fact, "write the epochs in UTC, TAI, TT, TDB or GPS"));
         }
-        // The time system may be written after the epochs.
+        // The time system may follow the epochs in the file, so read the epochs afterwards.
         let texts = s.useable_text.clone();
         for (k, text) in texts.into_iter().enumerate() {
             let Some((line, text)) = text else { continue };
@@ -196,7 +196,7 @@ impl Reader<'_> {
             .map(|w| w.parse::<f64>().ok().filter(|x| x.is_finite()))
             .collect::<Option<_>>()
             .ok_or_else(|| self.wrong(n, "a number cannot be read", HELP))?;
-        // Accelerations may follow.
+        // A row may have accelerations after its position and velocity.
         if numbers.len() != 6 && numbers.len() != 9 {
             let fact = format!("this row has {} numbers after its epoch", numbers.len());
             return Err(self.wrong(n, fact, HELP));
@@ -270,7 +270,7 @@ impl Segment {
 /// Evaluates Hermite's polynomial through positions and velocities, by divided differences over doubled nodes.
 fn hermite(rows: &[(Epoch, PointMotion)], at: &Epoch) -> PointMotion {
     let start = rows[0].0;
-    // Times relative to the length of the interval.
+    // The times are relative to the length of the interval.
     let length = rows[rows.len() - 1].0.since(&start);
     let nodes: Vec<f64> = rows.iter().flat_map(|(t, _)| [t.since(&start) / length; 2]).collect();
     let mut table: Vec<Vec3> = rows.iter().flat_map(|(_, s)| [s.position; 2]).collect();
@@ -288,7 +288,7 @@ fn hermite(rows: &[(Epoch, PointMotion)], at: &Epoch) -> PointMotion {
         coefficients.push(table[0]);
     }
     let s = at.since(&start) / length;
-    // Horner's scheme, including the derivative.
+    // Horner's scheme evaluates the polynomial and its derivative.
     let (mut position, mut rate) = (Vec3::zeros(), Vec3::zeros());
     for (k, c) in coefficients.iter().enumerate().rev() {
         rate = rate * (s - nodes[k]) + position;

@@ -55,7 +55,7 @@ pub fn propagate(mu: f64, start: &PointMotion, dt: f64) -> Result<PointMotion, W
     let (alpha, sigma) = (2.0 / r0 - v2 / mu, p.dot(&v) / root);
     let t = if alpha > 0.0 {
         let period = std::f64::consts::TAU / (root * alpha * alpha.sqrt());
-        // The remainder is exact.
+        // The fused multiply-add makes the remainder exact.
         (-(dt / period).round()).mul_add(period, dt)
     } else {
         dt
@@ -71,7 +71,7 @@ pub fn propagate(mu: f64, start: &PointMotion, dt: f64) -> Result<PointMotion, W
 
 /// Returns χ, and Stumpff's functions there.
 fn solve(s: f64, r0: f64, sigma: f64, alpha: f64) -> Result<(f64, [f64; 4]), WorldError> {
-    // χ = s/r₀ on a circle.
+    // On a circle, χ = s/r₀ is the solution.
     let mut chi = if alpha > 0.0 {
         s * alpha
     } else {
@@ -87,7 +87,7 @@ fn solve(s: f64, r0: f64, sigma: f64, alpha: f64) -> Result<(f64, [f64; 4]), Wor
         let root = (16.0 * dF * dF - 20.0 * F * ddF).abs().sqrt();
         let step = 5.0 * F / (dF + root.copysign(dF));
         chi -= step;
-        // Converged, or at the limit of round-off, where steps no longer decrease.
+        // The iteration has converged, or round-off prevents smaller steps.
         let size = step.abs();
         if size <= 1e-15 * chi.abs() || (size >= last && size <= 1e-9 * chi.abs()) {
             return Ok((chi, stumpff(alpha * chi * chi)));

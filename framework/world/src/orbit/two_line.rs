@@ -73,7 +73,7 @@ impl TwoLine {
                 .map(f64::to_radians);
         // Convert revolutions per day to rad/min.
         let motion = e.mean_motion * (std::f64::consts::PI / 720.0);
-        // Elements are fitted with WGS 72.
+        // Two-line elements are fitted with the constants of WGS 72.
         let orbit =
             Orbit::from_kozai_elements(&WGS72, i, node, e.eccentricity, pericentre, mean, motion)
                 .map_err(|e| e.to_string())?;

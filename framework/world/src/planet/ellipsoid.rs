@@ -115,7 +115,7 @@ impl Ellipsoid {
         }
         let k = 1.0 - self.f;
         let (u, w) = (rho / a, k * p.z / a);
-        // Bowring's first estimate; on the surface its error is 1e-9 rad.
+        // The start is Bowring's first estimate; on the surface its error is 1e-9 rad.
         let mut beta = (p.z * (b + e2 * a * a / radius)).atan2(rho * a);
         for _ in 0..8 {
             let (s, c) = beta.sin_cos();

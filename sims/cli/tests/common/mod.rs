@@ -1,6 +1,6 @@
 //! Common code of the tests of the command line: the program, run in a temporary folder.
 #![allow(clippy::unwrap_used)]
-#![allow(dead_code)] // Each test file uses a part of it.
+#![allow(dead_code)] // Each test file uses only some of the functions.
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};

@@ -8,7 +8,7 @@ import numpy as np
 
 from ._linkwork import LinkworkError
 
-#: Default colour of shapes: red, green, blue, opacity.
+# : The default colour of shapes: red, green, blue, opacity.
 GREY = (0.72, 0.72, 0.75, 1.0)
 
 #: The recording of each simulation that is shown.

@@ -88,7 +88,8 @@ def _keep(folder: Path, left: _Left) -> None:
     for name, content in left.items():
         file = folder / name
         file.parent.mkdir(parents=True, exist_ok=True)
-        # Write to a temporary file and rename it, because a run whose history is incomplete would be repeated.
+        # The history is written to a temporary file and renamed, because a run whose history is incomplete
+        # would be repeated.
         beside = file.with_name(file.name + ".part")
         with beside.open("wb") as to:
             to.write(content)
@@ -240,7 +241,7 @@ def _result(reference: Any, runs: list[int]) -> _Made:
     try:
         made: _Made = ray.get(reference)
     except ray.exceptions.RayTaskError as e:
-        # The exception of the worker, with its message.
+        # The message is that of the exception in the worker.
         cause = e.cause if isinstance(e.cause, LinkworkError) else e
         raise LinkworkError(f"{named}: {cause}") from e
     except ray.exceptions.RayError as e:

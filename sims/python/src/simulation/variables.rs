@@ -117,7 +117,7 @@ impl Simulation {
     /// >>> log["bob.angle"].shape
     /// (3,)
     #[pyo3(signature = (channels, rate=None, *, on_change=false, around=None, before=None, after=None))]
-    #[allow(clippy::too_many_arguments)] // The arguments of the Python method.
+    #[allow(clippy::too_many_arguments)] // The Python method has these arguments.
     fn log(
         &self,
         py: Python<'_>,
@@ -132,7 +132,7 @@ impl Simulation {
         let period = rate.map(period).transpose()?;
         let mut rule = rules::rule(&self.plan, &channels, period, on_change, around)?;
         if period.is_none() && rule.around.is_none() {
-            // Include samples of parts that are sampled between two steps.
+            // Samples of parts between two steps are included.
             rule.period = self.plan.base;
         }
         let runtime::Rule { paths: names, period, on_change, around } = rule;
@@ -186,7 +186,7 @@ impl Simulation {
     /// >>> linkwork.read_log("swing.mcap")["bob.angle"].t.round(3).tolist()
     /// [1.1, 1.2]
     #[pyo3(signature = (path, channels=None, rate=None, *, on_change=false, around=None, before=None, after=None))]
-    #[allow(clippy::too_many_arguments)] // The arguments of the Python method.
+    #[allow(clippy::too_many_arguments)] // The Python method has these arguments.
     fn record(
         &self,
         py: Python<'_>,

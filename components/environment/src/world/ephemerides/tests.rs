@@ -91,7 +91,8 @@ fn an_ephemeris_message_starts_a_craft_between_its_rows() {
         write(name, message(frame, &rows));
     }
     let start = |file: &str| Start::Ephemeris { file: file.into(), object: None };
-    // At a row, and between rows, where Hermite's polynomial of degree 7 over steps of 60 s is within millimetres.
+    // Test at rows and between rows, where Hermite's polynomial of degree 7 over steps of 60 s has an error of
+    // millimetres.
     for t in [0.0, 180.0, 93.5, 599.0] {
         let epoch = format!("2012-08-06 00:{:02}:{:06.3} UTC", (t / 60.0) as u32, t % 60.0);
         let earth = world(Centre::Earth, &epoch, folder.path());
@@ -99,7 +100,7 @@ fn an_ephemeris_message_starts_a_craft_between_its_rows() {
         let (want_r, want_v) = circle(t);
         assert!((r - want_r * 1e3).norm() < 5e-3, "{t}: {}", (r - want_r * 1e3).norm());
         assert!((v - want_v * 1e3).norm() < 1e-4, "{t}: {}", (v - want_v * 1e3).norm());
-        // The frame bias as ERFA's bp00 has it: dα₀ = −14.6 mas, ξ₀ = −16.6 mas.
+        // The frame bias of `bp00` in ERFA is dα₀ = −14.6 mas, ξ₀ = −16.6 mas.
         let (turned, _) = earth.start(&start("eme.oem")).unwrap();
         let bias = Mat3::new(
             1.0,

@@ -69,7 +69,7 @@ impl MotionLimits {
             if x.len() != nv {
                 return Err(RobotError::Length { what, got: x.len(), wanted: nv });
             }
-            // The comparison is negated because NaN is also rejected.
+            // The negated comparison also rejects NaN.
             if let Some(value) = x.iter().copied().find(|x| !(*x > 0.0)) {
                 let help = "limits must be positive; use infinity for no limit";
                 return Err(RobotError::OutOfRange { what, value, help });

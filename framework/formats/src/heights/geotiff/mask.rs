@@ -22,7 +22,7 @@ pub(super) fn read<R: Read + Seek>(
         decoder.next_image()?;
         let kind: u32 = decoder.find_tag_unsigned(Tag::NewSubfileType)?.unwrap_or(0);
         let (width, height) = decoder.dimensions()?;
-        // Bit 2 of the kind marks a mask; overviews have separate, smaller ones.
+        // Bit 2 of the kind marks a mask. Overviews have their own masks, which are smaller.
         if kind & 4 != 0 && (width as usize, height as usize) == (nx, ny) {
             bounded(bytes, nx as u64, ny as u64, 8 * PIXELS_OF_A_BYTE)?;
             found = Some(bits(decoder, [nx, ny])?);

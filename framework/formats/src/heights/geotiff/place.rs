@@ -120,7 +120,7 @@ pub(super) fn frame<R: Read + Seek>(
         return Ok(Frame { spacing, origin: [0.0, 0.0], height_unit, from_south });
     }
     let (spacing, [x, y], from_south) = placed(decoder, &keys)?;
-    // The centre of the pixel in column 0 of the southern row.
+    // Compute the centre of the pixel in column 0 of the southern row.
     let south = if from_south { y } else { y - (ny as f64 - 1.0) * spacing[1] };
     match keys.short(MODEL) {
         Some(2) => {

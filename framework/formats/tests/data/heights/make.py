@@ -60,13 +60,14 @@ for name, interleave in [("two_bands.tif", "pixel"), ("two_planes.tif", "band")]
         f.write(samples.astype("uint8"), 1)
         f.write(samples.astype("uint8"), 2)
 
-# The unit of heights: of the band, and of a vertical reference system (NAVD88 in US survey feet). Heights of a band in feet are 1/0.3048 as large.
+# Two files in feet: one by the unit of the band, and one by a vertical reference system (NAVD88 in US survey feet).
+# Heights of the band in feet are multiplied by 1/0.3048.
 write("f64_unit_feet.tif", "float64", heights / 0.3048, -9999.0)
 with rasterio.open("f64_unit_feet.tif", "r+") as f:
     f.units = ["ft"]
 write("f64_vertical_feet.tif", "float64", heights * 3937.0 / 1200.0, -9999.0, crs="EPSG:32633+6360")
 
-# Places without data: an internal mask, tiles that are not stored, special pixels of ISIS.
+# Files with missing data: an internal mask, tiles that are not stored, and special pixels of ISIS.
 with rasterio.Env(GDAL_TIFF_INTERNAL_MASK=True):
     write("f32_mask.tif", "float32", heights, compress="deflate")
     with rasterio.open("f32_mask.tif", "r+") as f:
@@ -78,11 +79,12 @@ special = heights.astype("float32")
 special[3, 5:10] = numpy.arange(0xFF7FFFFB, 0xFF800000, dtype="uint32").view("float32")
 write("f32_isis.tif", "float32", special)
 
-# Heights far from zero: radii of the Moon in 64 bits, and as an offset of the band.
+# Files with heights far from zero: radii of the Moon in 64 bits, and as an offset of the band.
 write("f64_radius.tif", "float64", heights + 1737400.0, -9999.0)
 write("i16_radius_offset.tif", "int16", samples, -32768, (0.25, 1737390.0))
 
-# The southern row first; degrees of Mars's ellipsoid, between 18.3 and 18.59 degrees of latitude.
+# A file with the southern row first, in degrees on Mars's ellipsoid between 18.3 and 18.59 degrees
+# of latitude.
 with rasterio.open("f32_from_south.tif", "w", driver="GTiff", width=NX, height=NY, count=1, dtype="float32", nodata=-9999.0, crs="EPSG:32633",
                    transform=rasterio.Affine(2.5, 0, 1000.0, 0, 4.0, 2000.0 - NY * 4.0)) as f:
     f.write(numpy.where(hole, -9999.0, heights)[::-1].astype("float32"), 1)
@@ -91,7 +93,7 @@ with rasterio.open("f32_degrees_mars.tif", "w", driver="GTiff", width=NX, height
                    transform=from_origin(77.4, 18.595, 0.01, 0.01)) as f:
     f.write(numpy.where(hole, -9999.0, heights).astype("float32"), 1)
 
-# Compressions.
+# These files use different compressions.
 write("f32_zstd.tif", "float32", heights, -9999.0, compress="zstd", **tiles)
 write("f32_lerc.tif", "float32", heights, -9999.0, compress="lerc")
 

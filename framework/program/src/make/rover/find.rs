@@ -82,7 +82,7 @@ const ROUND: f64 = 0.12;
 fn poses(d: &Description, root: &str) -> BTreeMap<String, Pose> {
     let mut out = BTreeMap::from([(root.to_string(), Pose::identity())]);
     let bodies = d.builder.bodies();
-    // Files may list children before their parents.
+    // Repeat, because files may list children before their parents.
     for _ in 0..bodies.len() {
         let before = out.len();
         for b in bodies {
@@ -135,7 +135,7 @@ fn measured(
                 {
                     found.push(([*radius, *length], s.pose.position));
                 }
-                // A ball touches the ground in a point: the wheel in its place is narrow.
+                // A ball touches the ground in a point, so use a narrow wheel instead.
                 Geometry::Sphere { radius } => {
                     found.push(([*radius, 0.5 * radius], s.pose.position));
                 }
@@ -319,7 +319,8 @@ pub fn vehicle(
             },
         };
         let forwards = (pose.rotation * axis).y >= 0.0;
-        // The joint in the companion file, or the nearest upright pin above the wheel that carries no other wheel.
+        // Take the joint from the companion file, or the nearest upright pin above the wheel that carries no other
+        // wheel.
         let by_name = named.and_then(|w| w.steering.as_deref()).and_then(|j| d.joint(j));
         let steering = match by_name {
             Some(j) => Some(j.body.clone()),
@@ -356,7 +357,7 @@ pub fn vehicle(
     for w in &mut wheels {
         w.steering.take_if(|(s, _)| shared.iter().filter(|o| *o == s).count() > 1);
     }
-    // A caster: its upright pin turns freely, because its wheel trails behind the axis. The companion file has priority.
+    // A wheel that trails behind its upright pin is a caster and rotates freely. The companion file has priority.
     for w in &mut wheels {
         let by_file = d.wheels.iter().find(|f| f.body == w.body);
         if by_file.is_some_and(|f| f.role == WheelRole::Driven || f.steering.is_some()) {
@@ -367,7 +368,8 @@ pub fn vehicle(
         let pose = poses[name];
         let axis = pose.rotation * pin(pin_of).unwrap_or_else(Vec3::z);
         let arm = w.place - pose.transform_point(&pin_of.hinge_in_body.position);
-        // A wheel beside its pin is steered by it; only one that is ahead of or behind it turns the pin by itself.
+        // A wheel at the side of its pin is steered by the pin. Only a wheel that is ahead of or behind it rotates
+        // the pin.
         let rolling = axis.cross(&(poses[&w.body].rotation * w.axle));
         if arm.dot(&rolling).abs() > TRAIL * w.size[0] {
             w.swivel = w.steering.take().map(|(name, _)| name);

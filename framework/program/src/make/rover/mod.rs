@@ -161,7 +161,8 @@ pub(super) fn rover(folder: &Path, file: &Path) -> Result<Vec<PathBuf>, Refusal>
     let there = std::fs::canonicalize(file).map_err(|e| {
         wrong(format!("`{shown}` cannot be read: {e}"), "give a URDF, MJCF or SDF file")
     })?;
-    // Read as the created assembly reads it: `run` warns of inertias that no rigid body can have.
+    // Use the options with which the created assembly reads the file. `run` will warn of inertias
+    // that no rigid body can have.
     let options = ReadOptions { root: Root::Free, ..ReadOptions::default() };
     let description =
         linkwork_assembly::machine::read_machine(&there, &options).map_err(|failure| {
@@ -184,7 +185,7 @@ pub(super) fn rover(folder: &Path, file: &Path) -> Result<Vec<PathBuf>, Refusal>
         Some(p) if !p.as_os_str().is_empty() => p,
         _ => Path::new("."),
     };
-    // The folder does not exist yet, and neither may its parent.
+    // The folder does not exist yet, and its parent may not exist either.
     let whole = std::path::absolute(parent).unwrap_or_else(|_| parent.into()).join(name);
     let whole = whole.components().collect::<PathBuf>();
     let path = relative(&whole, &there).to_string_lossy().replace('\\', "/");
@@ -250,7 +251,8 @@ fn words(
     let of_file = |get: fn(&FoundWheel) -> Option<f64>| {
         driven.iter().map(|w| get(w)).reduce(|a, b| Some(a?.min(b?))).flatten()
     };
-    // A machine without a suspension may rest on two wheels. A wheel on a rock also carries the share of its neighbour if there is a suspension.
+    // A machine without a suspension may rest on two wheels. With a suspension, a wheel on a rock also carries the
+    // share of its neighbour.
     let worst = if found.suspension.is_empty() {
         (2.0 * load).max(0.5 * found.mass * G)
     } else {
@@ -377,7 +379,7 @@ fn words(
     let [placed, placed_radius] = sizes.placed(found);
     let spot = match circle.on_the_spot {
         true => format!("\"spot_rate\": {}", n((speed / length).min(0.8))),
-        // No heading error is as large as that: it always drives a circle.
+        // The heading error is never as large as 3.2 rad, so the rover always drives a circle.
         false => "\"spot_angle\": 3.2".to_string(),
     };
     let steer_max =
@@ -498,7 +500,7 @@ mod tests {
             let [i, j, k, w] = turn(&axle);
             let q = Quat::from_quaternion(linkwork_spatial::nalgebra::Quaternion::new(w, i, j, k));
             assert!((q * Vec3::y() - axle).norm() < 1e-12);
-            // The written numbers are still a rotation: five digits of 1/√2 are not.
+            // The printed numbers must still be a rotation, which five digits of 1/√2 are not.
             let text = quaternion(turn(&axle));
             let digits =
                 text.trim_matches(['[', ']']).split(", ").map(|x| x.parse::<f64>().unwrap());
@@ -570,7 +572,7 @@ mod tests {
                 let error = 1.0 - mean;
                 sum += 3.0 * SAMPLE * error;
                 let volts = 1.0 + gain * error + sum;
-                // dω/dt = (u − ω)/T over the sample.
+                // The motor follows dω/dt = (u − ω)/T during the sample.
                 let next = volts + (rate - volts) * left;
                 mean = volts + (rate - volts) * (time_constant / SAMPLE) * (1.0 - left);
                 rate = next;

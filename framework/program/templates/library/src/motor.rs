@@ -69,7 +69,8 @@ mod tests {
             let rate = model.derivatives(&x, &u);
             x.torque += step * rate.torque;
         }
-        // After one second: two time constants. The difference is the error of Euler's method.
+        // One second is two time constants. The remaining difference is the error of Euler's
+        // method.
         let expected = 3.0 * (1.0 - (-2.0f64).exp());
         assert!((x.torque - expected).abs() < 1e-4, "{x:?}");
         let out = model.outputs(&x);

@@ -8,7 +8,7 @@ fn the_flywheel_spins_up_behind_the_lag() {
     let ready = library.file(&sim, &[], None).unwrap_or_else(|mistakes| panic!("{mistakes}"));
     let mut sim = ready.simulation();
     sim.run_until(1.0).unwrap();
-    // T = u (1 − exp(−t/τ)), ω = u/I (t − τ (1 − exp(−t/τ))).
+    // The torque is T = u (1 − exp(−t/τ)), and the rate is ω = u/I (t − τ (1 − exp(−t/τ))).
     let (u, inertia, lag, t) = (0.5, 0.5 * 2.0 * 0.2f64.powi(2), 0.2, 1.0f64);
     let torque = u * (1.0 - (-t / lag).exp());
     let rate = u / inertia * (t - lag * (1.0 - (-t / lag).exp()));

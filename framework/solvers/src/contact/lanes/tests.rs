@@ -77,7 +77,8 @@ fn batches_share_nothing_and_leave_nothing_out() {
         assert!(touched.iter().all(|n| *n <= 1), "{batch:?}");
     }
     assert!(seen.iter().all(|n| *n == 1), "{seen:?}");
-    // The four groups of other kinds, and single contacts that are left of a colour.
+    // These are the four groups of other kinds, and contacts that do not fill a batch of their
+    // colour.
     assert!((4..12).contains(&colours.singles.len()), "{:?}", colours.singles);
 }
 
@@ -105,7 +106,7 @@ fn products_and_residuals_are_those_of_the_groups() {
     back.copy_from_slice(&lambda);
     layout.lanes.store(&mut back);
     assert_eq!(back, lambda);
-    // By single groups.
+    // Compute the same quantities group by group.
     let (mut residual, mut work, mut violation, mut impulse) = (0.0, 0.0, 0.0, 0.0f64);
     for (g, l) in lambda.iter().enumerate() {
         let gathered = f64x4::new(problem.gathered(g, &y));
@@ -145,7 +146,7 @@ fn four_local_solutions_are_those_of_single_contacts() {
             let dofs = 6 * k..6 * k + if trial % 50 == 7 && k == 2 { 0 } else { 6 };
             case.add(dofs, Cone::Coulomb { friction }, &mut seed);
             if trial % 40 == 9 {
-                // Rows that depend on each other: S is singular.
+                // Make two rows linearly dependent, so that S is singular.
                 let from = case.start[k as usize] as usize;
                 case.e[from..].iter_mut().for_each(|e| e[2] = 0.5 * e[1]);
             }
@@ -180,7 +181,7 @@ fn four_local_solutions_are_those_of_single_contacts() {
                 let found: [f64; 3] = std::array::from_fn(|k| new[k].to_array()[g]);
                 let size = want.iter().fold(1.0, |m: f64, x| m.max(x.abs()));
                 for k in 0..3 {
-                    // Measured 4e-9, where a root of α is found to 1e-7 by either.
+                    // Measured: 4e-9. Both methods find a root of α to 1e-7.
                     assert!(
                         (found[k] - want[k]).abs() < 1e-7 * size,
                         "{trial} {g}: {found:?} {want:?}"

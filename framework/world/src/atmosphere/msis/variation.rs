@@ -155,7 +155,8 @@ impl Moment {
 
     /// Returns terms of magnetic activity, alone and with longitude and universal time.
     fn magnetic_upper(&self, p: &[f64; 150], spring: f64, activity: f64) -> f64 {
-        // Indices: zonal (3), with the season (3), with the hour (3) and its phase, then mixed terms.
+        // Indices of coefficients: zonal (3), with the season (3), with the hour (3) and its phase,
+        // then mixed terms.
         let (zonal, season, hour, phase) = match self.magnetic {
             Magnetic::Daily(_) => ([32, 45, 34], [100, 101, 102], [121, 122, 123], 124),
             Magnetic::History(_) => ([50, 96, 54], [125, 126, 127], [128, 129, 130], 131),

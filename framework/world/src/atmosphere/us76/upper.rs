@@ -99,7 +99,7 @@ fn slopes(z: f64, mid: f64, y: &[f64; 5]) -> [f64; 5] {
     let low = mid < 100.0;
     let three = n[N2] + n[O] + n[O2];
     let mean = (n[N2] * MOLAR[N2] + n[O] * MOLAR[O] + n[O2] * MOLAR[O2]) / three;
-    // g/(R* T) is per metre; a kilometre has 1000 metres.
+    // g/(R* T) is per metre, so multiply by 1000 to get it per kilometre.
     let scale = 1000.0 * g / (R_STAR * t);
     let mut f = [0.0; 5];
     f[N2] = scale * if low { M0 } else { MOLAR[N2] };
@@ -159,7 +159,7 @@ fn hydrogen(others: &[[f64; 5]]) -> Vec<f64> {
     let [n11, phi, a, b, alpha] = HYDROGEN;
     let height = |k: usize| Z7 + k as f64 / 3.0;
     let (t11, _) = temperature(Z11, Z11);
-    // 1000 φ/D (T/T₁₁)^(1+α), per km, and the rate of τ, per km.
+    // The first term is 1000 φ/D (T/T₁₁)^(1+α), per km; the second is the rate of τ, per km.
     let terms = |k: usize| {
         let z = height(k);
         let (t, _) = temperature(z, z);

@@ -72,11 +72,12 @@ pub(super) fn edges(vertices: &[Vec3], faces: &[Face]) -> Result<Vec<Edge>, Worl
         let along = vertices[b as usize] - vertices[a as usize];
         let length = along.norm();
         let along = along / length;
-        // Vector out of the face across its edge: along × normal, for the direction in which the face traverses the edge.
+        // The vector points out of the face across its edge: it is along × normal, for the direction in which the face
+        // traverses the edge.
         let (n_A, n_B) = (faces[A].normal, faces[B].normal);
         let (e_A, e_B) = (along.cross(&n_A), -along.cross(&n_B));
         let E = n_A * e_A.transpose() + n_B * e_B.transpose();
-        // Symmetric up to round-off; make it exactly symmetric.
+        // The matrix is symmetric up to round-off; make it exactly symmetric.
         out.push(Edge { ends: [a, b], length, E: (E + E.transpose()) * 0.5 });
     }
     Ok(out)

@@ -181,7 +181,7 @@ impl<'a> Reading<'a> {
     /// Finishes reading: checks that the field is complete and normalised as the header states.
     fn done(self) -> Result<Coefficients, WorldError> {
         let (file, h) = (self.file, self.header);
-        // A file may omit zeros, such as all terms that are not zonal.
+        // A file may leave out zeros, such as all terms that are not zonal.
         let order = if h.order_is_written { h.order } else { self.highest };
         let expected = h.degree.min(order) + 1;
         if self.last_degree < expected {
@@ -191,7 +191,8 @@ impl<'a> Reading<'a> {
             );
             return Err(wrong(file, 0, fact, "the file was truncated, or its header is wrong"));
         }
-        // Full and no normalisation differ by factors above 1e4 already at degree 8.
+        // Already at degree 8, normalised and unnormalised coefficients differ by factors above
+        // 1e4.
         let help = "correct the header's normalisation";
         match (h.norm, self.field.high_over_low()) {
             (Norm::Full, Some(ratio)) if ratio < 1e-3 => {

@@ -82,7 +82,7 @@ impl PckKernel {
             return Err(self.uncovered(body, start));
         };
         let mut range = first.range;
-        // Segments that touch the covered interval extend it.
+        // Extend the interval by all segments that touch or overlap it.
         for _ in 0..own.len() {
             for s in &own {
                 if s.range[0] <= range[1] && s.range[1] >= range[0] {

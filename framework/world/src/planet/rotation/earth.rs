@@ -138,7 +138,7 @@ impl Earth {
             };
         let mut era = self.era[0] + phase(self.era[1] / TAU, t);
         let mut turning = self.era[1];
-        // ω of the planet's axes in T, rad/s.
+        // The result is ω of the planet's axes in T, rad/s.
         let mut wobble = Vec3::zeros();
         let R_TP = match &self.observed {
             Observed::Still(offsets, R_TP) => {
@@ -247,7 +247,7 @@ pub fn teme_to_gcrs(epoch: &Epoch) -> Quat {
 pub fn eme2000_to_gcrs() -> Quat {
     let epoch = Epoch::j2000().tt();
     let (bias, _, _) = sofars::pnp::bp00(epoch.0, epoch.1);
-    // Rows of the matrix GCRS to J2000.
+    // These are the rows of the matrix from GCRS to J2000.
     let R = Mat3::from_fn(|row, column| bias[row][column]).transpose();
     linkwork_spatial::quat(&R)
 }

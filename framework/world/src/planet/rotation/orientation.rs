@@ -44,7 +44,7 @@ impl EarthOrientation {
     pub fn read(file: &str, text: &str) -> Result<Self, WorldError> {
         let mut table = Self { file: file.into(), days: Vec::new(), rows: Vec::new() };
         let first = text.lines().find(|l| !l.trim().is_empty()).unwrap_or_default();
-        // Unit of dX and dY, ″.
+        // The unit is for dX and dY, ″.
         let (unit, words): (f64, Box<dyn Fn(&str) -> Option<Words<'_>>>) = if first
             .starts_with("DATE,MJD,")
         {
@@ -68,7 +68,7 @@ impl EarthOrientation {
         };
         for (k, line) in text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty()) {
             let Some(words) = words(line) else { continue };
-            // These days are not predicted yet.
+            // The file does not have a prediction for these days yet.
             if words[1].is_empty() && !table.days.is_empty() {
                 break;
             }
@@ -219,7 +219,7 @@ impl Daily {
         for c in 0..COLUMNS {
             let (y0, y1) = (self.rows[a][c], self.rows[b][c]);
             let (m0, m1) = (h * self.slopes[a][c], h * self.slopes[b][c]);
-            // Hermite's cubic: y0 + m0 s + (3d − 2m0 − m1) s² + (m0 + m1 − 2d) s³.
+            // Hermite's cubic is y0 + m0 s + (3d − 2m0 − m1) s² + (m0 + m1 − 2d) s³.
             let d = y1 - y0;
             let (p, q) = (3.0 * d - 2.0 * m0 - m1, m0 + m1 - 2.0 * d);
             value[c] = y0 + s * (m0 + s * (p + s * q));

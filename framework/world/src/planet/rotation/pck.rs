@@ -127,7 +127,7 @@ impl PckConstants {
                 None => Err(wrong(format!("BODY{body}_{name} is missing"), help)),
             }
         };
-        // Angles belong to the barycentre of the body's system.
+        // The periodic angles are stored for the barycentre of the system of the body.
         let system = if body < 1000 { body / 100 } else { body };
         let degree = self.get(system, "MAX_PHASE_DEGREE").and_then(|d| d.first().copied());
         let degree = degree.unwrap_or(1.0);
@@ -285,7 +285,7 @@ KERNEL_DATE = @2020-JAN-01
             ),
         ];
         for (body, et, rows, omega) in cases {
-            // The angle is computed from the date itself, and from another epoch.
+            // The angle must not depend on the epoch of the simulation.
             for start in [0.0, 500.0] {
                 let spin = pck.rotation(body, (start, 0.0)).unwrap().at(et - start * 86_400.0);
                 let R = spin.R_IP.to_rotation_matrix().into_inner();

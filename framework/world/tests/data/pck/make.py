@@ -43,7 +43,8 @@ spiceypy.furnsh(FILE)
 for body, days in [(31001, 0.0), (31001, 3.3), (31001, 4.0), (31001, 11.7), (31001, 13.1), (31001, 18.0), (3000, 0.25), (3000, 1.9)]:
     et = start + days * DAY
     m = spiceypy.tisbod("J2000", body, et)
-    # Rows of the rotation from the body to J2000, and the angular velocity in J2000.
+    # A record has the rows of the rotation from the body to J2000, and the angular velocity in
+    # J2000.
     rotation, omega = spiceypy.xf2rav(m)
     rows = [float(rotation[j][i]) for i in range(3) for j in range(3)]
     print(f"({body}, {et!r}, {rows}, {[float(x) for x in omega]}),")

@@ -48,7 +48,7 @@ for kind, order in [(1, 15), (21, 15)]:
     words = [x for t in ends for x in line(t - 600.0, order)] + ends + ([order] if kind == 21 else []) + [len(ends)]
     segments.append((-100 - 10 * len(segments), kind, [0.0, ends[-1]], words))
 
-# The file: head, one record of summaries, one of names, the words.
+# The file has a file record, one record of summaries, one of names, and the data.
 address = 3 * 128 + 1
 summaries, data = b"", b""
 for target, kind, (a, b), words in segments:

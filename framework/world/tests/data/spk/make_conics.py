@@ -36,7 +36,7 @@ for states in ([ellipse(k) for k in range(7)], [fast(k) for k in range(5)]):
     segments.append((-200 - 10 * len(segments), 5, [states[0][0], states[-1][0]], words))
 moon = [1000.0, 27000.0, 0.11, -0.23, 1.9, 0.05, 0.31, 3e-7, 1.4e-4, -2e-7, 0.7, 1.1]
 segments.append((-220, 17, [-5e6, 5e6], moon))
-# A large segment: more than a hundred states, with a directory of epochs.
+# This segment is large: it has more than a hundred states and a directory of epochs.
 many = [ellipse(k / 20) for k in range(141)]
 words = [x for _, s in many for x in s] + [t for t, _ in many] + [many[99][0], MU, len(many)]
 segments.append((-230, 5, [many[0][0], many[-1][0]], words))
