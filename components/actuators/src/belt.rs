@@ -46,10 +46,10 @@ impl Model for Belt {
         match p.direction.try_normalize(0.0).filter(|d| d.iter().all(|x| x.is_finite())) {
             Some(direction) => Ok(Belt { direction }),
             None => Err(BuildError::new(format!(
-                "`direction` is [{}, {}, {}], which has no direction",
+                "`direction` is [{}, {}, {}], but it must be finite and not zero",
                 p.direction.x, p.direction.y, p.direction.z
             ))
-            .help("write where the surface moves to, as [1, 0, 0]")
+            .help("write the direction in which the surface moves, e.g. [1, 0, 0]")
             .at("direction")),
         }
     }

@@ -85,10 +85,10 @@ impl Model for Bushing {
         ];
         for (name, x) in all {
             if let Some(x) = x.iter().find(|x| !(**x >= 0.0)) {
-                let fact = format!("`{name}` has the number {x}, which makes energy");
-                return Err(BuildError::new(fact)
-                    .help("write numbers that are not negative")
-                    .at(name));
+                let fact = format!(
+                    "`{name}` contains {x}, but its values must not be negative, because the bushing would create energy"
+                );
+                return Err(BuildError::new(fact).help("write values of 0 or more").at(name));
             }
         }
         Ok(Bushing { p })

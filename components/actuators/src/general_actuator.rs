@@ -95,7 +95,7 @@ impl SizedModel for GeneralActuator {
     fn ports(p: &GeneralActuatorParams) -> SizedPorts {
         let control = PortSpec::named("control", PortKind::Numbers, 1).unit_of("1");
         let control =
-            control.doc_of("Control, in the unit that the gain makes a force of.").or(0.0);
+            control.doc_of("Control, in the unit that the gain converts to a force.").or(0.0);
         let inputs = std::iter::once(control).chain(p.transmission().inputs());
         SizedPorts {
             feedthrough_inputs: inputs.collect(),
@@ -117,13 +117,15 @@ impl SizedModel for GeneralActuator {
         ordered(p.activation_range, "activation_range")?;
         if p.integrates && p.time_constant.is_some() {
             return Err(BuildError::new("both `integrates` and `time_constant`")
-                .help("write one of them: an integrator, or a lag")
+                .help("write only one of them: `integrates` for an integrator, `time_constant` for a lag")
                 .at("time_constant"));
         }
         if p.activation_range.is_some() && !p.has_activation() {
-            return Err(BuildError::new("bounds of an activation that does not exist")
-                .help("write `integrates: true` or `time_constant: ..`, or use `control_range`")
-                .at("activation_range"));
+            return Err(BuildError::new(
+                "`activation_range` is written, but the actuator has no activation",
+            )
+            .help("write `integrates: true` or `time_constant: ..`, or use `control_range`")
+            .at("activation_range"));
         }
         Ok(GeneralActuator { p })
     }

@@ -49,7 +49,14 @@ impl Transmission<'_> {
     /// Input ports `joint1`, `joint2`, .. or `site1`, `site2`, ..
     pub fn inputs(&self) -> Vec<PortSpec> {
         let kinds = [(PortKind::HingeState, JOINT), (PortKind::NodeState, SITE)];
-        self.ports(["joint", "site"], kinds, ["A joint of the sum.", "A site of the line."])
+        self.ports(
+            ["joint", "site"],
+            kinds,
+            [
+                "A joint whose coordinate is a term of the sum.",
+                "A site through which the line passes.",
+            ],
+        )
     }
 
     /// Output ports `torque1`, `torque2`, .. or `load1`, `load2`, ..
@@ -103,7 +110,7 @@ impl Transmission<'_> {
         let n = self.factors.len();
         let line = self.sites > 0;
         if n == 0 || n > MOST || (line && n > 1) {
-            let help = "write one for each of 1 to 256 joints, factors: [1] with bind: { \"joint1\": \"hinge:..\" }; with `sites` one alone";
+            let help = "write one factor for each of 1 to 256 joints, e.g. factors: [1] with bind: { \"joint1\": \"hinge:..\" }; with `sites`, write exactly one";
             return wrong(format!("{n} factors"), help, "factors");
         }
         if let Some(gear) = self.wrench {
@@ -113,21 +120,29 @@ impl Transmission<'_> {
             }
             if !gear.iter().all(|c| c.is_finite()) {
                 return wrong(
-                    "a number of the wrench is not finite".into(),
+                    "a component of `wrench` is not finite".into(),
                     "write numbers",
                     "wrench",
                 );
             }
             if !(1..=2).contains(&self.sites) {
                 let help = "write sites: 1, or 2 for a wrench between two sites";
-                return wrong(format!("a wrench on {} sites", self.sites), help, "sites");
+                return wrong(
+                    format!("`sites` is {}, but a wrench acts on 1 or 2 sites", self.sites),
+                    help,
+                    "sites",
+                );
             }
             return Ok(());
         }
         if self.sites == 1 || self.sites as usize > MOST {
             let help =
                 "write 2 to 256, with bind: { \"site1\": \"node:..\", \"site2\": \"node:..\" }";
-            return wrong(format!("a line over {} sites", self.sites), help, "sites");
+            return wrong(
+                format!("`sites` is {}, but a line passes through at least 2 sites", self.sites),
+                help,
+                "sites",
+            );
         }
         if self.factors.iter().any(|c| !c.is_finite()) {
             return wrong("a factor is not finite".into(), "write numbers", "factors");

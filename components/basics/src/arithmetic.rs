@@ -227,9 +227,11 @@ impl Model for Lookup {
     type FeedthroughOutputs = Output;
     fn build(p: LookupParams) -> Result<Self, BuildError> {
         if p.table.is_empty() || p.table.windows(2).any(|w| w[0][0] >= w[1][0]) {
-            return Err(BuildError::new("the first column of the table must rise")
-                .help("sort the rows by their argument, each larger than the one before")
-                .at("table"));
+            return Err(BuildError::new(
+                "the first column of the table must be strictly increasing",
+            )
+            .help("sort the rows by their first number, and write each value once")
+            .at("table"));
         }
         Ok(Lookup { p })
     }

@@ -83,7 +83,7 @@ impl SizedModel for DropOut {
         let enter = p.share / (length * (1.0 - p.share));
         if enter > 1.0 {
             let fact = format!(
-                "a share of {} of the samples cannot be lost in losses of {length} samples",
+                "`share` is {}, which losses of {length} samples each cannot reach",
                 p.share
             );
             let help = format!("write {:.3} or more", p.share / (1.0 - p.share));

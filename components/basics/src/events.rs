@@ -164,10 +164,10 @@ impl Model for Relay {
     fn build(p: RelayParams) -> Result<Self, BuildError> {
         if p.off > p.on {
             return Err(BuildError::new(format!(
-                "it switches off at {} and on at {}",
+                "`off` is {}, which is above `on` = {}",
                 p.off, p.on
             ))
-            .help("write `off` at or below `on`")
+            .help("`off` must not exceed `on`")
             .at("off"));
         }
         Ok(Relay { p })

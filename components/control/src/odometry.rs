@@ -103,9 +103,17 @@ impl SizedModel for Odometry {
         }
         let doc = "Turn rate of the gyro about the vertical.";
         inputs.push(number("yaw_rate".into(), "rad/s", doc).or(0.0));
-        inputs.push(number("roll".into(), "rad", "Turn of the deck about its x axis.").or(0.0));
-        inputs
-            .push(number("pitch".into(), "rad", "Turn of the deck about y, with x down.").or(0.0));
+        inputs.push(
+            number("roll".into(), "rad", "Roll angle of the deck, about its x axis.").or(0.0),
+        );
+        inputs.push(
+            number(
+                "pitch".into(),
+                "rad",
+                "Pitch angle of the deck, about its y axis; positive with x down.",
+            )
+            .or(0.0),
+        );
         SizedPorts {
             inputs,
             outputs: OdometryOut::specs(),

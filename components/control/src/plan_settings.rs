@@ -31,7 +31,7 @@ impl Param for Settings {
             }
             other => {
                 let at = format!("`{}.{}`", cx.path, spec.name);
-                let message = format!("{at} is a map of commands, this is {}", other.what());
+                let message = format!("{at} must be a map of commands, but it is {}", other.what());
                 let help = "write e.g. `{ \"radio\": true }`".to_string();
                 cx.fault(v.origin, message, Some(help));
                 None

@@ -127,9 +127,11 @@ impl Service for GridTerrain {
         }
         let [least, most] = p.rock_burial;
         if !(least >= 0.0 && least <= most && most < 1.0) {
-            return Err(BuildError::new(format!("rocks are not buried from {least} to {most}"))
-                .at("rock_burial")
-                .help("write two shares from 0 to below 1, the smaller one first"));
+            return Err(BuildError::new(format!(
+                "`rock_burial` from {least} to {most} is not a valid range"
+            ))
+            .at("rock_burial")
+            .help("write two fractions, each at least 0 and below 1, the smaller one first"));
         }
         if let Some(dunes) = &p.dunes {
             dunes.lee_length()?;

@@ -288,7 +288,7 @@ impl SoilParams {
         ];
         match faults.iter().find(|(_, _, fine, _)| !fine) {
             Some((name, value, _, what)) => {
-                let fact = format!("no soil has {name} = {value}");
+                let fact = format!("{name} = {value} is not possible for a soil");
                 Err(BuildError::new(fact)
                     .at(format!("soil.{name}"))
                     .help(format!("{name} is {what}")))
@@ -331,7 +331,10 @@ mod tests {
             SoilParams { shear_modulus: Some(0.0), ..SoilParams::of(SoilKind::Lunar) },
         ] {
             let told = p.soil().unwrap_err();
-            assert!(told.message.starts_with("no soil has") && told.help.is_some(), "{told:?}");
+            assert!(
+                told.message.contains("is not possible for a soil") && told.help.is_some(),
+                "{told:?}"
+            );
         }
     }
 }

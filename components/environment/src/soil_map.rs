@@ -113,8 +113,8 @@ impl SoilMap {
         files: &Files,
     ) -> Result<SoilMap, BuildError> {
         if everywhere.is_none() && (raster.is_some() || !patches.is_empty()) {
-            let fact = "`soils` or `soil_map` is written, and not the soil that is elsewhere";
-            return Err(BuildError::new(fact).help("write `soil: (kind: ..)`, too").at("soil"));
+            let fact = "`soils` or `soil_map` is written, but `soil`, the soil of the remaining ground, is missing";
+            return Err(BuildError::new(fact).help("add `soil: (kind: ..)`").at("soil"));
         }
         let soil = everywhere.map_or(Ok(Soil::UNKNOWN), SoilParams::soil)?;
         let mut map = SoilMap::uniform(soil);
@@ -126,9 +126,12 @@ impl SoilMap {
             let at = |e: BuildError| e.at(format!("soils[{k}]"));
             let finite = patch.outline.iter().flatten().all(|x| x.is_finite());
             if patch.outline.len() < 3 || !finite {
-                let fact = format!("an outline of {} corners has no inside", patch.outline.len());
+                let fact = format!(
+                    "an outline with {} corners does not enclose an area",
+                    patch.outline.len()
+                );
                 return Err(at(
-                    BuildError::new(fact).help("give three corners or more, x and y in m")
+                    BuildError::new(fact).help("write at least three corners, x and y in m")
                 ));
             }
             let soil = map.add(patch.soil.soil().map_err(at)?).map_err(at)?;
@@ -161,8 +164,8 @@ impl SoilMap {
 fn add(soils: &mut Vec<Soil>, soil: Soil) -> Result<u16, BuildError> {
     soils.push(soil);
     u16::try_from(soils.len() - 1).map_err(|_| {
-        BuildError::new("a terrain has 65 535 soils at most")
-            .help("give patches of one soil one outline")
+        BuildError::new("a terrain can have at most 65 535 soils")
+            .help("combine patches of the same soil into one outline")
     })
 }
 
@@ -188,7 +191,7 @@ fn cells(
     let at = |e: BuildError| e.at("soil_map");
     let [x0, y0, x1, y1] = raster.bounds.unwrap_or(bounds);
     if !(x1 > x0 && y1 > y0 && [x0, y0, x1, y1].iter().all(|x| x.is_finite())) {
-        let fact = format!("the bounds {:?} have no inside", [x0, y0, x1, y1]);
+        let fact = format!("the bounds {:?} do not enclose an area", [x0, y0, x1, y1]);
         return Err(at(BuildError::new(fact).help("write x_min, y_min, x_max, y_max in m")));
     }
     let path = files.resolve(&raster.file).map_err(at)?;
@@ -196,7 +199,9 @@ fn cells(
     let bytes = linkwork_formats::whole_file(&path).map_err(fault)?;
     // The bounds define its place, and grey values are numbers.
     let options = HeightsOptions { spacing: Some([1.0; 2]), range: [0.0, 255.0] };
-    let none = &mut |_: &str| Err("a raster of soils is one file".to_string());
+    let none = &mut |_: &str| {
+        Err("a soil raster must be one file, but this one refers to another".to_string())
+    };
     let read =
         read_heights(&raster.file, &bytes, &options, none).map_err(|e| fault(e.to_string()))?;
     let mut places = std::collections::BTreeMap::new();
@@ -204,8 +209,8 @@ fn cells(
         let soil = one.soil.soil().map_err(|e| e.at(format!("soil_map.soils[{k}]")))?;
         let place = add(soils, soil).map_err(at)?;
         if places.insert(one.number, place).is_some() {
-            let fact = format!("the number {} is given two soils", one.number);
-            return Err(at(BuildError::new(fact).help("give each number one soil")));
+            let fact = format!("soil number {} is defined twice", one.number);
+            return Err(at(BuildError::new(fact).help("define one soil for each number")));
         }
     }
     let mut of_cells = Vec::with_capacity(read.heights.len());
@@ -219,7 +224,7 @@ fn cells(
         of_cells.push(*known.ok_or_else(|| {
             let (i, row) = (k % read.nx, read.ny - 1 - k / read.nx);
             let fact = format!(
-                "`{}` has {value} in column {i}, row {row}, which is given no soil",
+                "`{}` has {value} in column {i}, row {row}, but no soil is defined for this number",
                 raster.file
             );
             let known: Vec<String> = places.keys().map(u32::to_string).collect();
@@ -337,7 +342,7 @@ mod tests {
         let bad = SoilParams { k_phi: Some(-1.0), ..SoilParams::of(SoilKind::Lunar) };
         let patch = SoilPatch { outline: vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], soil: bad };
         let e = refused(new(None, &[patch]));
-        assert!(e.message.contains("no soil has k_phi = -1"), "{e:?}");
+        assert!(e.message.contains("k_phi = -1 is not possible for a soil"), "{e:?}");
         let mut less = raster();
         less.soils.truncate(2);
         let e = refused(new(Some(less), &[]));
@@ -345,10 +350,10 @@ mod tests {
         assert!(e.help.unwrap().contains("1, 2"));
         let mut twice = raster();
         twice.soils[1].number = 1;
-        assert!(refused(new(Some(twice), &[])).message.contains("two soils"));
+        assert!(refused(new(Some(twice), &[])).message.contains("is defined twice"));
         let lost = SoilRaster { file: "none.png".into(), ..raster() };
         assert!(refused(new(Some(lost), &[])).message.contains("none.png"));
         let flat = SoilRaster { bounds: Some([0.0, 0.0, 0.0, 1.0]), ..raster() };
-        assert!(refused(new(Some(flat), &[])).message.contains("no inside"));
+        assert!(refused(new(Some(flat), &[])).message.contains("do not enclose an area"));
     }
 }

@@ -101,12 +101,12 @@ pub(crate) fn levelled(level: bool, datum: f64) -> Result<(), BuildError> {
         return Ok(());
     }
     let fact = format!(
-        "the heights of the map are near {datum} m, where 32 bits have steps of {:.3} m",
+        "the heights of the map are near {datum} m, where the resolution of 32-bit numbers is only {:.3} m",
         datum.abs() * f64::from(f32::EPSILON)
     );
     Err(BuildError::new(fact)
         .at("level")
-        .help("leave out `level: false`: z = 0 is then the height of the map at x = y = 0"))
+        .help("remove `level: false`, so that z = 0 is the height of the map at x = y = 0"))
 }
 
 /// The heights of a file, and of the file that it names, which become part of the plan's hash.
@@ -122,14 +122,18 @@ pub fn heights_of(
     let fault = |e: &dyn std::fmt::Display| BuildError::of(&format!("`{name}`: {e}"));
     if name.to_lowercase().ends_with(".tiles") {
         let help = "write `model: \"environment.tiled_terrain\"`";
-        return Err(fault(&"tiles are not held in memory").at("file").help(help));
+        return Err(fault(
+            &"tiles are not loaded into memory as a whole, which this model requires",
+        )
+        .at("file")
+        .help(help));
     }
     let bytes = linkwork_formats::whole_file(&path).map_err(|e| fault(&e).at("file"))?;
     let folder = Path::new(name).parent().unwrap_or(Path::new(""));
     let mut beside = |other: &str| {
         // A label may name a file in its own folder only, and no other path.
         if other.contains(['/', '\\']) || other == ".." {
-            return Err("a label names a file in its own folder".to_string());
+            return Err("a label must name a file in its own folder".to_string());
         }
         let other = folder.join(other).display().to_string();
         files

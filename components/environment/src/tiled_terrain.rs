@@ -115,8 +115,8 @@ impl Terrain for TiledTerrain {
     fn nodes(&self) -> Result<Surface, BuildError> {
         let [nx, ny] = self.tiles.grid().size();
         self.region.clone().ok_or_else(|| {
-            BuildError::new(format!("the map of {nx} by {ny} nodes is not held as a whole"))
-                .help("write `region: (x_min, y_min, x_max, y_max)` at the terrain: the part that colliders, cameras and lidars meet")
+            BuildError::new(format!("the map of {nx} by {ny} nodes is not loaded as a whole, and `region` is not written"))
+                .help("write `region: (x_min, y_min, x_max, y_max)` in the terrain: the part that colliders, cameras and lidars use")
         })
     }
     fn failure(&self, _: f64) -> Option<BuildError> {

@@ -18,8 +18,8 @@ pub(crate) fn needs_pressure(exit_area: f64) -> Vec<(&'static str, BuildError)> 
     if exit_area == 0.0 {
         return Vec::new();
     }
-    let why = BuildError::new("`exit_area` is written")
-        .help("wire the pressure of the air, for example from `environment.us76`, or leave `exit_area` out in vacuum");
+    let why = BuildError::new("the thrust depends on it, because `exit_area` is written")
+        .help("wire the pressure of the air, for example from `environment.us76`, or remove `exit_area` in vacuum");
     vec![("pressure", why)]
 }
 

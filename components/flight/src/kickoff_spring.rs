@@ -104,17 +104,17 @@ impl Model for KickoffSpring {
     fn startup_warnings(&self, d: &LetGo, u: &KickoffIn) -> Vec<BuildError> {
         let left = self.guards(u).left;
         if !d.over && left >= self.p.length {
-            let fact = "its ends coincide: the line along which it pushes has no direction";
-            let help = "let its ends begin apart: a spring that is pressed in still has a length";
+            let fact = "its ends coincide, so the direction in which it pushes is not defined";
+            let help = "start with the ends apart, because a compressed spring still has a length";
             return vec![BuildError::new(fact).help(help).at("length").stopping(true)];
         }
         let gone = (!d.over && left <= 0.0).then(|| {
             let fact = format!(
-                "its ends are {:.6} m apart, and it is {} m long: they are separated already",
+                "its ends start {:.6} m apart, but its free length is {} m: it is already released",
                 self.p.length - left,
                 self.p.length
             );
-            let help = "it never pushes: let it begin where it is pressed in, or leave it out";
+            let help = "the spring never pushes; start with the spring compressed, or remove it";
             BuildError::new(fact).help(help).at("length")
         });
         gone.into_iter().collect()

@@ -33,7 +33,9 @@ impl Times {
     /// None, or one that does not come after the one before; `param` names the rows.
     pub fn new(times: Vec<f64>, param: &str) -> Result<Times, BuildError> {
         if times.is_empty() {
-            return Err(BuildError::new("there is no row").help("write a row at least").at(param));
+            return Err(BuildError::new("there is no row")
+                .help("write at least one row")
+                .at(param));
         }
         match times.windows(2).position(|w| !(w[1] - w[0] >= 1e-6)) {
             None => Ok(Times(times)),

@@ -138,7 +138,7 @@ impl Model for PropellantTank {
         if self.p.slosh == SloshMode::Settled {
             return Vec::new();
         }
-        let fact = "the mass of the first slosh mode is left to a `flight.slosh`, and none takes it: it is in no body";
+        let fact = "the mass of the first slosh mode belongs to a `flight.slosh`, but none is connected, so this mass is in no body";
         let help = "wire swinging, swing_height and swing_stiffness to a `flight.slosh`, or write `slosh: settled`";
         vec![("swinging", BuildError::new(fact).help(help))]
     }

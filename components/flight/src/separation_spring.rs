@@ -118,20 +118,20 @@ impl Model for SeparationSpring {
         let left = self.guards(u).left;
         if !d.released && left > self.p.stroke * (1.0 + 1e-9) {
             let fact = format!(
-                "b is {:.6} m behind a along its axis: the spring is pressed further than its stroke of {} m",
+                "b is {:.6} m behind a along its axis: the spring is compressed beyond its stroke of {} m",
                 left - self.p.stroke,
                 self.p.stroke
             );
-            let help = "let the nodes coincide at the start, where the spring is fully compressed, or turn `axis` around";
+            let help = "start with the nodes at the same position, where the spring is fully compressed, or reverse `axis`";
             return vec![BuildError::new(fact).help(help).at("stroke").stopping(true)];
         }
         let gone = (!d.released && left <= 0.0).then(|| {
             let fact = format!(
-                "the two are {:.6} m apart along its axis, and its stroke is {} m: they are separated already",
+                "its nodes start {:.6} m apart along its axis, but its stroke is {} m: it is already released",
                 self.p.stroke - left,
                 self.p.stroke
             );
-            let help = "it never pushes: let it begin where the nodes coincide, or leave it out";
+            let help = "the spring never pushes; start with the nodes at the same position, or remove it";
             BuildError::new(fact).help(help).at("stroke")
         });
         gone.into_iter().collect()

@@ -96,7 +96,9 @@ impl<'a> Follower<'a> {
         let n = arm.joints();
         if ready.len() != n {
             let fact = format!("`ready` has {} positions for {n} joints", ready.len());
-            return Err(BuildError::new(fact).help("write one for each, base to tip").at("ready"));
+            return Err(BuildError::new(fact)
+                .help("write one value for each joint, from base to tip")
+                .at("ready"));
         }
         let mut q = vec![0.0; n];
         arm.dofs.iter().zip(ready).for_each(|(k, x)| q[*k] = *x);

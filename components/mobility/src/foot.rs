@@ -85,15 +85,15 @@ impl Model for Foot {
         let form = match (p.outline, p.width) {
             (Outline::Round, None) => Form::Disc { radius: 0.5 * p.length },
             (Outline::Round, Some(_)) => {
-                let fact = "a round sole has no width";
-                let help = "leave `width` out, or write `outline: Rectangular`";
+                let fact = "`width` is written, but a round sole has only a diameter, `length`";
+                let help = "remove `width`, or write `outline: Rectangular`";
                 return Err(BuildError::new(fact).at("width").help(help));
             }
             (Outline::Rectangular, width) => {
                 let width = width.unwrap_or(p.length);
                 if !(width >= LEAST && width.is_finite()) {
-                    let fact = format!("a sole is {width} m wide");
-                    let help = "write a millimetre at least";
+                    let fact = format!("the width of the sole is {width} m");
+                    let help = "write at least 1 mm";
                     return Err(BuildError::new(fact).at("width").help(help));
                 }
                 Form::Plate { length: p.length, width }

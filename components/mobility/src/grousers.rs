@@ -62,7 +62,9 @@ pub fn check(rim: f64, grousers: &Option<GrouserParams>) -> Result<(), BuildErro
     let Some(GrouserParams { height, .. }) = *grousers else { return Ok(()) };
     if height > rim {
         let fact = format!("grousers {height} m high are higher than the radius of {rim} m");
-        return Err(BuildError::new(fact).at("grousers").help("write a height in m"));
+        return Err(BuildError::new(fact)
+            .at("grousers")
+            .help("write a height in m that does not exceed the radius of the wheel"));
     }
     Ok(())
 }

@@ -144,8 +144,8 @@ pub(crate) fn without_ground(ground: &View<Touched>) -> Vec<BuildError> {
     if ground.get().is_some() {
         return Vec::new();
     }
-    let fact = "there is no `mobility.scm_ground`: nothing carries it";
-    let help = "add one, as `parts/ruts_scm.ron` has it; the rovers that ship take it with `Environment.ruts: \"scm\"` (on the command line `--set Rover.Environment.ruts=scm`)";
+    let fact = "there is no `mobility.scm_ground`, so no ground carries the wheel";
+    let help = "add one, as in `parts/ruts_scm.ron`; the rovers of Linkwork include it with `Environment.ruts: \"scm\"` (on the command line `--set Rover.Environment.ruts=scm`)";
     vec![BuildError::new(fact).help(help)]
 }
 

@@ -217,7 +217,7 @@ impl Model for Battery {
         if p.curve.len() < 2 || p.curve.windows(2).any(|w| w[0][0] >= w[1][0] || w[0][1] > w[1][1])
         {
             return Err(BuildError::new(
-                "the curve needs two or more rows, rising in both columns",
+                "the curve needs at least two rows, and both columns must be strictly increasing",
             )
             .at("curve"));
         }
@@ -299,10 +299,10 @@ impl Model for Battery {
             return Vec::new();
         }
         let fact = format!(
-            "it would close its contactor again at a state of charge of {}, which is never reached",
+            "the battery would reconnect (close its contactor) at a state of charge of {}, which it never reaches",
             p.charge_min + p.restart
         );
-        let help = "write `charge_min` and `restart` that add up to less than 1";
+        let help = "the sum of `charge_min` and `restart` must be less than 1";
         vec![BuildError::new(fact).help(help).at("restart")]
     }
 }

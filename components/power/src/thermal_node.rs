@@ -108,7 +108,7 @@ impl Model for ThermalNode {
     fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
         let p = &self.p;
         let why = |param: &str, help: &str| {
-            BuildError::new(format!("`area` and `{param}` are written")).help(help)
+            BuildError::new(format!("`area` and `{param}` require it")).help(help)
         };
         let all = [
             (
@@ -122,14 +122,14 @@ impl Model for ThermalNode {
             (
                 p.convection,
                 "air",
-                why("convection", "wire the temperature of the air, or leave `convection` out"),
+                why("convection", "wire the temperature of the air, or remove `convection`"),
             ),
             (
                 p.absorptivity,
                 "light",
                 why(
                     "absorptivity",
-                    "wire the light on the surface, such as `irradiance` of a solar panel, or leave `absorptivity` out",
+                    "wire the light on the surface, such as `irradiance` of a solar panel, or remove `absorptivity`",
                 ),
             ),
         ];
@@ -163,11 +163,11 @@ impl Model for ThermalNode {
         let (fact, help) = match p.area > 0.0 {
             false if acts => (
                 "a node without outer surface neither radiates nor meets light or air",
-                "write `area`, or leave `emissivity`, `absorptivity` and `convection` out",
+                "write `area`, or remove `emissivity`, `absorptivity` and `convection`",
             ),
             true if !acts => (
-                "a surface that neither radiates nor meets light or air does nothing",
-                "write `emissivity`, `absorptivity` or `convection`, or leave `area` out",
+                "a surface that neither radiates nor meets light or air has no effect",
+                "write `emissivity`, `absorptivity` or `convection`, or remove `area`",
             ),
             _ => return Vec::new(),
         };

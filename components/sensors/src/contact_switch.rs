@@ -90,8 +90,9 @@ impl Model for ContactSwitch {
     fn build(p: ContactSwitchParams) -> Result<Self, BuildError> {
         let open = p.open.unwrap_or(0.5 * p.close);
         if !(open >= 0.0 && open <= p.close) {
-            let fact = format!("it opens at {open} N and closes at {} N", p.close);
-            let help = "write `open` from 0 to `close`, or leave it out";
+            let fact =
+                format!("`open` is {open} N, but it must be between 0 and `close` = {} N", p.close);
+            let help = "correct `open`, or remove it";
             return Err(BuildError::new(fact).help(help).at("open"));
         }
         Ok(ContactSwitch { p, open })

@@ -62,17 +62,16 @@ impl Model for Current {
     type FeedthroughOutputs = CurrentOut;
     fn build(p: CurrentParams) -> Result<Self, BuildError> {
         if let Some(bits) = p.bits.filter(|b| !(1..=32).contains(b)) {
-            let fact = format!("a converter of {bits} bits");
-            return Err(BuildError::new(fact).help("write 1 to 32, or leave it out").at("bits"));
+            let fact = format!("a converter with {bits} bits is not supported");
+            return Err(BuildError::new(fact).help("write 1 to 32, or remove `bits`").at("bits"));
         }
         let half = p.bits.map(|bits| 2f64.powi(bits.cast_signed() - 1));
         let converter = match (half, p.range) {
             (None, _) => None,
             (Some(half), Some(range)) => Some((range / half, half)),
             (Some(_), None) => {
-                let fact = "a converter has steps of its range, and `range` is not written";
-                let help =
-                    "write the greatest current, such as range: \"20 A\", or leave `bits` out";
+                let fact = "`bits` is written, but `range` is not written, which determines the resolution of the converter";
+                let help = "write the greatest current, such as range: \"20 A\", or remove `bits`";
                 return Err(BuildError::new(fact).help(help).at("bits"));
             }
         };

@@ -53,12 +53,12 @@ impl Model for HingeLoadSensor {
     fn build(p: HingeLoadParams) -> Result<Self, BuildError> {
         let square: f64 = p.attitude.iter().map(|x| x * x).sum();
         if !((square - 1.0).abs() < 1e-6) {
-            let fact = format!("the length of the quaternion is {}", square.sqrt());
+            let fact = format!("the length of the quaternion is {}, not 1", square.sqrt());
             let help = "write a unit quaternion x, y, z, w";
             return Err(BuildError::new(fact).help(help).at("attitude"));
         }
         if !p.position.iter().all(|x| x.is_finite()) {
-            let fact = format!("the position is {:?} m", p.position);
+            let fact = format!("the position is {:?} m, which is not finite", p.position);
             return Err(BuildError::new(fact).help("write finite numbers").at("position"));
         }
         let [x, y, z, w] = p.attitude;

@@ -346,7 +346,7 @@ impl Model for Imu {
     type DiscreteState = ImuState;
     fn build(p: ImuParams) -> Result<Self, BuildError> {
         if p.bandwidth.is_some_and(|b| !(b > 0.0)) {
-            let help = "write a frequency above 0, such as \"100 Hz\", or leave it out";
+            let help = "write a frequency above 0, such as \"100 Hz\", or remove `bandwidth`";
             return Err(BuildError::new("the bandwidth is not above 0").help(help).at("bandwidth"));
         }
         Ok(Imu { triads: Triads::new(p) })

@@ -79,8 +79,8 @@ impl Model for ImuIncrements {
     type DiscreteState = Sampled;
     fn build(p: ImuParams) -> Result<Self, BuildError> {
         if p.bandwidth.is_some() {
-            let fact = "a unit that integrates has no low-pass of its samples";
-            let help = "leave `bandwidth` out, or use `sensors.imu`";
+            let fact = "`bandwidth` is written, but an integrating unit has no low-pass filter for its samples";
+            let help = "remove `bandwidth`, or use `sensors.imu`";
             return Err(BuildError::new(fact).help(help).at("bandwidth"));
         }
         Ok(ImuIncrements { triads: Triads::new(p) })

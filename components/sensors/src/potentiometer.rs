@@ -62,12 +62,17 @@ impl Model for Potentiometer {
     type FeedthroughOutputs = PotentiometerOut;
     fn build(p: PotentiometerParams) -> Result<Self, BuildError> {
         if !(p.upper > p.lower) || !(p.upper - p.lower).is_finite() {
-            let fact = format!("the track ends at {} rad and begins at {} rad", p.upper, p.lower);
-            return Err(BuildError::new(fact).help("write `lower` below `upper`").at("upper"));
+            let fact = format!(
+                "`upper` is {} rad, but it must be above `lower` = {} rad",
+                p.upper, p.lower
+            );
+            return Err(BuildError::new(fact)
+                .help("write finite angles, with `lower` below `upper`")
+                .at("upper"));
         }
         if let Some(bits) = p.bits.filter(|b| !(1..=32).contains(b)) {
-            let fact = format!("a converter of {bits} bits");
-            return Err(BuildError::new(fact).help("write 1 to 32, or leave it out").at("bits"));
+            let fact = format!("a converter with {bits} bits is not supported");
+            return Err(BuildError::new(fact).help("write 1 to 32, or remove `bits`").at("bits"));
         }
         let steps = p.bits.map(|bits| 2f64.powi(bits.cast_signed()));
         Ok(Potentiometer { p, steps })

@@ -59,7 +59,7 @@ impl Model for StarTracker {
     fn build(p: StarTrackerParams) -> Result<Self, BuildError> {
         if p.sigma.iter().any(|s| !(*s >= 0.0)) {
             return Err(BuildError::new("a standard deviation is below 0")
-                .help("write three numbers from 0 up")
+                .help("write three values of 0 or more")
                 .at("sigma"));
         }
         let site = p.world.as_ref().and_then(|w| w.axes().site());

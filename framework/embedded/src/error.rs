@@ -257,7 +257,7 @@ pub enum RobotError {
     },
     /// The object is rigid.
     #[error(
-        "object {object} has no joints\n  help: add bodies that hang on it to `ModelSpec::linkages`"
+        "object {object} has no joints\n  help: add the bodies that are attached to it to `ModelSpec::linkages`"
     )]
     NoJoints {
         /// Index of the object.

@@ -153,8 +153,7 @@ pub enum FaultKind {
     },
     /// Links that are circular parents of each other.
     #[error(
-        "links form a circle: {}\n  help: remove one joint of the circle; what closes a loop is a \
-         constraint",
+        "links form a circle: {}\n  help: remove one joint of the circle; a closed loop requires a constraint",
         path.join(" -> ")
     )]
     Cycle {

@@ -201,7 +201,7 @@ pub enum FrameError {
         most: usize,
     },
     /// Its content is not a message.
-    #[error("it is no message: {0}")]
+    #[error("it is not a valid message: {0}")]
     Message(#[from] serde_json::Error),
 }
 

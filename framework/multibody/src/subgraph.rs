@@ -15,8 +15,8 @@ pub enum SubgraphError {
     Empty,
     /// The chosen bodies are attached to more than one frame.
     #[error(
-        "the bodies are attached to different frames: {}\n  help: add the bodies between them, or take \
-         several subgraphs",
+        "the bodies are attached to different frames: {}\n  help: add the bodies between them, or use several \
+        subgraphs",
         bases.join(", ")
     )]
     SeveralBases {

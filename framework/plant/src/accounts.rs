@@ -27,16 +27,16 @@ pub(crate) fn of(plan: &MechanismPlan) -> OwnAccounts {
         account("potential energy", Account::Stored),
         account("springs of hinges", Account::Stored),
         account("friction and stops of hinges", Account::Gained),
-        account("gravity by place and smooth contact", Account::Gained),
+        account("non-uniform gravity and compliant contact", Account::Gained),
         account("prescribed motions", Account::Gained),
-        account("surfaces that move over bodies", Account::Gained),
+        account("moving surfaces of bodies", Account::Gained),
     ];
     let unknown = [
         (plan.contact.is_some(), "contact by impulses"),
-        (plan.rolling.is_some(), "wheels that roll by kinematics"),
+        (plan.rolling.is_some(), "wheels of machines without inertia"),
         (!plan.varies.is_empty(), "mass that changes"),
         (!plan.loop_motions.is_empty(), "prescribed motions of loops"),
-        (plan.tree.is_flexible(), "bodies that bend"),
+        (plan.tree.is_flexible(), "flexible bodies"),
     ];
     let unknown = unknown.iter().filter(|(is, _)| *is).map(|(_, what)| (*what).to_string());
     OwnAccounts { known, unknown: unknown.collect(), receives_work: true }

@@ -41,10 +41,10 @@ pub(crate) fn check(
                 if angle > ANGLE_MAX {
                     let (part, bind) = (&b.spec.part, &b.spec.bind);
                     let fact = format!(
-                        "`{part}`: binding `{bind}`: the axle of `{label}` lies {angle:.0}° across the hinge of `{}`, on which it turns",
+                        "`{part}`: binding `{bind}`: the axle of `{label}` is at {angle:.0}° to the hinge axis of `{}`, about which it rotates",
                         body.name()
                     );
-                    let help = "bind the body that rotates with the wheel, or a node on it whose axis lies along its hinge";
+                    let help = "bind the body that rotates with the wheel, or a node on it whose axis is parallel to its hinge axis";
                     out.warnings.push(Fault::new(b.spec.origin, fact).help(help));
                 }
                 return;

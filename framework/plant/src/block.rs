@@ -591,10 +591,10 @@ impl Block for MechanismBlock {
             return Vec::new();
         }
         let fact = format!(
-            "{}: held only while prescribed motions agree with each other",
+            "{}: these constraints hold only as long as the prescribed motions are compatible with each other",
             over.join(", ")
         );
-        let help = "take `prescribed` out of all but as many hinges as the mechanism has degrees of freedom";
+        let help = "prescribe at most as many hinges as the mechanism has degrees of freedom";
         vec![BuildError::new(fact).help(help)]
     }
 
@@ -607,10 +607,10 @@ impl Block for MechanismBlock {
         self.unsolved_told = true;
         let tolerance = self.stepper.as_ref()?.settings.solver.tolerance;
         let fact = format!(
-            "a contact step was not solved: residual {:.1e} of the greatest velocity where `tolerance` is {tolerance:.1e} ({} contact points in {} islands); `contact.residual` has it for every step",
+            "a contact step did not converge: its residual is {:.1e} of the greatest velocity, but `tolerance` is {tolerance:.1e} ({} contact points in {} islands); `contact.residual` shows the residual of every step",
             report.measure.residual, report.contacts, report.islands
         );
-        let help = "raise `sweeps` and `steps` of `contact`, use `method: Auto`, take a shorter step, or accept more with `tolerance`";
+        let help = "increase `sweeps` and `steps` of `contact`, use `method: Auto`, use a shorter step, or increase `tolerance`";
         Some(BuildError::new(fact).help(help))
     }
 

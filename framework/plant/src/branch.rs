@@ -39,9 +39,9 @@ pub(crate) fn check(
     let constraints = plan.multibody.constraints();
     let names: Vec<&str> = constraints.map(|c| plan.multibody.constraint_name(c)).collect();
     let message = format!(
-        "the constraints ({}) nearly lose rank here, as where links are in line, and the step ended {jump:.3} (rad/s or m/s) off the rates that they permit (the fastest is {fastest:.3}): the mechanism would change to another branch of its motion",
+        "the constraints ({}) are nearly singular here, for example because links are in line, and at the end of the step the rates violate them by {jump:.3} rad/s or m/s (the largest rate is {fastest:.3}): the mechanism would jump to another branch of its motion",
         names.join(", "),
     );
-    let help = "take a shorter step or a finer `accuracy`; or add a constraint that decides, as a second parallel link does";
+    let help = "use a shorter step or smaller tolerances in `accuracy`; or add a constraint that selects the branch, such as a second parallel link";
     Err(Box::new(Failure { message, help: Some(help.into()) }))
 }

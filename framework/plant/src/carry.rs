@@ -47,7 +47,9 @@ pub(crate) fn carry(
     notes.extend(list("added", &carried.added));
     notes.extend(list("gone", &carried.gone));
     if closed {
-        notes.push("rates were brought onto the loops and couplings by an inelastic impact".into());
+        notes.push(
+            "rates were made compatible with the loops and couplings by an inelastic impact".into(),
+        );
     }
     if let Some(report) = carried.report.filter(|_| !notes.is_empty()) {
         notes.push(books(&report));

@@ -22,7 +22,7 @@ fn ground(terrain: &Arc<dyn Terrain>, friction: Option<f64>) -> Result<ColliderS
         terrain.needs_soil().map_err(|e| {
             let help = e.help.clone().unwrap_or_default();
             e.help(format!(
-                "{help}; or `friction: 0.6` in `contact`, which is then that of the ground"
+                "{help}; or write `friction: 0.6` in `contact`, which then applies to the ground"
             ))
         })?;
     }
@@ -96,7 +96,7 @@ fn through_the_body(world: &dyn World, s: &BodyStart, (p, v): (Vec3, Vec3)) -> O
     let polar = world.radius() * (1.0 - world.flattening());
     let body = &s.body;
     let fault = |fact: String| {
-        let help = "lengths without a unit are metres: write `semi_major_axis: \"7000 km\"`; for an ascent or an entry this is as it should be";
+        let help = "lengths without a unit are metres: write `semi_major_axis: \"7000 km\"`; ignore this warning for an ascent or an entry";
         Some(Fault::new(s.origin, fact).help(help))
     };
     // Below the ground of any site.
@@ -130,7 +130,7 @@ impl MechanismSpec {
         let Some(world) = services.world() else {
             for s in &self.starts {
                 let fact = format!(
-                    "body `{}` starts on an orbit or in named axes, and the simulation has no `world`",
+                    "body `{}` starts on an orbit or in named axes, but the simulation has no `world`",
                     s.body
                 );
                 let help = "write `world: (body: \"earth\")` in the simulation, or `position` and `velocity`";
@@ -203,11 +203,10 @@ impl MechanismSpec {
             out.faults.push(Fault::new(origin, fact).help(help));
         };
         for body in wheels.iter().filter(|b| !ports.tractions.contains(b)) {
-            let help =
-                "bind a model to it that gives its traction, as `mobility.wheel_soil_quasi_static`";
+            let help = "bind a model that computes its traction, such as `mobility.wheel_soil_quasi_static`";
             fault(
                 *body,
-                "is a wheel of a quasi-static machine, and nothing says how the ground resists it",
+                "is a wheel of a quasi-static machine, but no model computes its traction",
                 help,
             );
         }
@@ -215,7 +214,7 @@ impl MechanismSpec {
             let help = "write `motion: \"quasi_static\"` in `place` with the wheel in its `wheels`, or bind a model of another kind";
             fault(
                 *body,
-                "has a model for the wheels of quasi-static machines, and it is none",
+                "has a model for wheels of quasi-static machines, but it is not such a wheel",
                 help,
             );
         }
@@ -243,8 +242,8 @@ impl MechanismSpec {
             if touched.binary_search(&body).is_err() {
                 let (part, bind) = (&b.spec.part, &b.spec.bind);
                 let name = self.multibody.get(body).name();
-                let fact = format!("`{part}`: binding `{bind}`: nothing touches `{name}`");
-                let help = "give it a shape that collides, and write `contact` in the simulation; a wheel that moves by kinematics is one of `place`";
+                let fact = format!("`{part}`: binding `{bind}`: `{name}` cannot touch anything");
+                let help = "give it a shape with `collide: true`, and write `contact` in the simulation; or list it in `wheels` of `place`, for a machine without inertia";
                 out.faults.push(Fault::new(b.spec.origin, fact).help(help));
             }
         }
@@ -264,10 +263,8 @@ impl MechanismSpec {
             let mut own = all.iter().flat_map(|c| c.ids().map(move |id| (c, id)));
             let own: Vec<_> = own.by_ref().filter(|(c, id)| c.body(*id) == Some(body)).collect();
             if own.is_empty() {
-                let fact = format!(
-                    "`{part}`: binding `{bind}`: `{name}` has no surface that touches others"
-                );
-                let help = "give it a shape that collides, and write `contact` in the simulation; a belt that stands on the ground is a body with a `Locked` hinge";
+                let fact = format!("`{part}`: binding `{bind}`: `{name}` has no collision shape");
+                let help = "give it a shape with `collide: true`, and write `contact` in the simulation; a belt that is fixed to the ground is a body with a `Locked` hinge";
                 out.faults.push(Fault::new(b.spec.origin, fact).help(help));
             }
             for (colliders, id) in own {
@@ -276,10 +273,10 @@ impl MechanismSpec {
                     continue;
                 }
                 let fact = format!(
-                    "`{part}`: binding `{bind}` moves the surface of `{name}`, and its shape `{}` has a constant `surface_velocity`",
+                    "`{part}`: binding `{bind}` moves the surface of `{name}`, but its shape `{}` has a constant `surface_velocity`",
                     spec.name
                 );
-                let help = "take `surface_velocity` out of the shape, or the binding out";
+                let help = "remove `surface_velocity` from the shape, or remove the binding";
                 out.faults.push(Fault::new(b.spec.origin, fact).help(help));
             }
         }
@@ -296,8 +293,10 @@ impl MechanismSpec {
             let rules = colliders.rules();
             let mut pairs = rules.ignore.iter().chain(&rules.collide);
             if pairs.any(|pair| pair.iter().any(|name| name == TERRAIN)) {
-                let fact = format!("`contact`: a pair names `{TERRAIN}`, and bodies meet none");
-                let help = "add a terrain part, or take the pair out";
+                let fact = format!(
+                    "`contact`: a pair names `{TERRAIN}`, but there is no terrain with which bodies collide"
+                );
+                let help = "add a terrain part, or remove the pair";
                 out.warnings.push(Fault::new(self.origin, fact).help(help));
             }
             return here;
@@ -312,7 +311,7 @@ impl MechanismSpec {
                 fault(
                     fact,
                     format!(
-                        "{help}; in `contact` it is `terrain: \"<path>\"` or `terrain: \"none\"`"
+                        "{help}; write it in `contact`: `terrain: \"<path>\"` or `terrain: \"none\"`"
                     ),
                 );
                 return here;
@@ -358,10 +357,9 @@ impl MechanismSpec {
             let Some(shape) = colliders.ids().find(meets) else { continue };
             let (part, name) = (&b.spec.part, &colliders.spec(shape).name);
             let fact = format!(
-                "`{part}`: the shape `{name}` of its wheel meets the terrain, too: the ground carries it twice"
+                "`{part}`: the shape `{name}` of its wheel also collides with the terrain, so the ground would support the wheel twice"
             );
-            let help =
-                "write `collide: (terrain: false)` in the shape, which then meets bodies alone";
+            let help = "write `collide: (terrain: false)` in the shape, which then collides with bodies only";
             out.warnings.push(Fault::new(b.spec.origin, fact).help(help));
         }
     }
@@ -377,8 +375,8 @@ impl MechanismSpec {
             };
             let mut with_it = self.multibody.subtree(id).filter(fixed);
             if with_it.all(|b| of(b).mass_properties().mass == 0.0) {
-                let fact = format!("`{}` is free and has no mass", body.name());
-                let help = "write its `mass` and `inertia`; without them the bodies on its hinges carry it";
+                let fact = format!("`{}` is free, but it has no mass", body.name());
+                let help = "write its `mass` and `inertia`; without them only the bodies attached to it have mass";
                 out.warnings.push(Fault::new(self.origin, fact).help(help));
             }
         }
@@ -407,7 +405,7 @@ impl MechanismSpec {
                     && b.subhinges().iter().any(|s| s.subhinge.kind == SubhingeKind::Free)
             };
             if let Some(body) = self.multibody.bodies().iter().find(free) {
-                let fact = format!("`{}` is free and there is no gravity", body.name());
+                let fact = format!("`{}` is free, but there is no gravity", body.name());
                 let help = "add a gravity part, e.g. `environment.uniform_gravity`; for a flight without it write gravity: \"none\"";
                 out.warnings.push(Fault::new(self.origin, fact).help(help));
             }

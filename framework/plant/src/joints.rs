@@ -327,7 +327,7 @@ impl At<'_> {
             _ => {
                 self.warn(
                     warnings,
-                    "its limits do not act: the step, or the inertia behind them, is not known",
+                    "its limits have no effect, because their stiffness cannot be computed: the step or the moved inertia is not known",
                     "write `stop: (stiffness: ..)`, or `stop: false` if it may pass them",
                 );
                 return;
@@ -357,16 +357,16 @@ impl At<'_> {
         }
         let help = match self.spec.contact {
             Some(_) => {
-                "begin within the limits, or write `limits: false` in `contact` if it may pass them"
+                "start within the limits, or write `limits: false` in `contact` if it may pass them"
             }
-            None => "begin within the limits, or write `stop: false` if it may pass them",
+            None => "start within the limits, or write `stop: false` if it may pass them",
         };
         let q = self.range.q.start;
         if s.kind == SubhingeKind::Ball {
             let begins = self.spec.q.get(q..q + 4).map(|q| s.ball.left(q));
             let past = begins.into_iter().flatten().flatten().find(|(left, _)| *left < 0.0);
             if let Some((left, _)) = past {
-                let fact = format!("it begins {:.3} rad past a limit of its ball", -left);
+                let fact = format!("it starts {:.3} rad past a limit of its ball", -left);
                 self.warn(warnings, &fact, help);
             }
             return;
@@ -374,7 +374,7 @@ impl At<'_> {
         let (lower, upper) = (s.limits.lower, s.limits.upper);
         let start = self.spec.q.get(q).copied().unwrap_or_default();
         if start < lower || start > upper {
-            let fact = format!("it begins at {start}, outside its limits {lower} … {upper}");
+            let fact = format!("it starts at {start}, outside its limits {lower} … {upper}");
             self.warn(warnings, &fact, help);
         }
     }
@@ -388,12 +388,12 @@ impl At<'_> {
         let (Some(h), Some(m)) = (self.spec.step, self.inertia) else { return };
         if h * d > STABLE * m {
             let fact = format!(
-                "its damping and friction act within {:.2e} s, the step is {h:.2e} s: explicit \
-                 methods become unstable",
+                "the time constant of its damping and friction is {:.2e} s, but the step is {h:.2e} s: explicit \
+                 methods are unstable",
                 m / d
             );
             let help = format!(
-                "take a step below {:.1e} s, less damping, more armature, or `rodas4p`",
+                "use a step below {:.1e} s, less damping, more armature, or `rodas4p`",
                 STABLE * m / d
             );
             self.warn(warnings, &fact, &help);

@@ -33,10 +33,10 @@ impl MechanismSpec {
     pub(crate) fn check_loads(&self, bound: &[Bound<'_>], out: &mut Lowering<'_>) {
         if self.kinematic.is_some() && !self.reactions.is_empty() {
             let fact = format!(
-                "`reaction` of {}: the machine moves by kinematics, and hinges have no loads then",
+                "`reaction` of {}: hinges have no loads, because the machine has `motion: \"kinematics\"`",
                 self.reactions.join(", ")
             );
-            let help = "take `reaction` out, or use a `motion` with forces in `place`";
+            let help = "remove `reaction`, or use a `motion` with forces in `place`";
             out.faults.push(Fault::new(self.origin, fact).help(help));
         }
         for b in bound {
@@ -63,7 +63,7 @@ impl MechanismSpec {
             }
             if self.kinematic.is_some() {
                 let fact = format!(
-                    "`{part}`: binding `{bind}`: the machine moves by kinematics, and hinges have no loads then"
+                    "`{part}`: binding `{bind}`: hinges have no loads, because the machine has `motion: \"kinematics\"`"
                 );
                 let help = "use a `motion` with forces in `place`";
                 out.faults.push(Fault::new(b.spec.origin, fact).help(help));

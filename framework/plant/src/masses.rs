@@ -73,7 +73,7 @@ impl Varying {
                 let name = mb.get(self.body).name();
                 (
                     format!("mass added to `{name}`: {e}"),
-                    "look at the parts whose binding adds it: mass at or above zero, moments of a body"
+                    "check the parts whose bindings add it: their mass must not be negative, and their moments must be possible for a rigid body"
                         .to_string(),
                 )
             })?;

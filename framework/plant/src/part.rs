@@ -373,9 +373,9 @@ impl MechanismPlan {
             Ok(()) => Ok(()),
             Err(DynamicsError::Singular { body, .. }) => Err(Fault::new(
                 self.bodies.get(&body).copied().unwrap_or(Origin::NONE),
-                format!("body `{body}`: its hinge has nothing to accelerate: no mass, or no inertia about one of its axes, moves with it"),
+                format!("body `{body}`: its hinge moves no mass, or no inertia about one of its axes"),
             )
-            .help("give it, or a body that it carries, a mass and an inertia, or its hinge an armature, or prescribe the hinge")),
+            .help("add mass and inertia to it or to a body that it carries, add an armature to its hinge, or prescribe the hinge")),
             Err(e @ DynamicsError::Flexible { .. }) => Err(Fault::of(Origin::NONE, &e)),
         }
     }
@@ -402,29 +402,33 @@ const CONTACT_REPORTS: [(&str, &str, &str); 7] = [
     (
         "points",
         "",
-        "Contact points: of impulses those looked at in the last step, of forces those that press.",
+        "Number of contact points: with impulses, the candidates of the last step; with compliant contact, those with a force.",
     ),
-    ("penetration", "m", "Deepest penetration; of impulses at the start of the last step."),
+    ("penetration", "m", "Deepest penetration; with impulses, at the start of the last step."),
     (
         "impacts",
         "",
-        "Impacts with restitution in the last step: instants at which contacts closed.",
+        "Number of impacts with restitution in the last step: instants at which contacts closed.",
     ),
     (
         "residual",
         "",
-        "Residual of the impulses, relative to the greatest velocity of its island; above `tolerance` the step was not solved.",
+        "Residual of the impulses, relative to the greatest velocity of its island; above `tolerance`, the solution did not converge.",
     ),
-    ("complementarity", "", "Work that contact forces should not do, relative."),
+    (
+        "complementarity",
+        "",
+        "Relative complementarity error: product of normal force and normal velocity, which is zero in an exact solution.",
+    ),
     (
         "iterations",
         "",
-        "Sweeps, linear systems or pivots of the last step; of several islands, the most.",
+        "Number of sweeps, linear systems or pivots of the last step, for the island with most of them.",
     ),
     (
         "islands",
         "",
-        "Constraint islands of the last step: parts of the mechanism that contacts, loops and couplings do not connect.",
+        "Number of constraint islands of the last step: groups of bodies that contacts, loops and couplings do not connect with each other.",
     ),
 ];
 
@@ -433,12 +437,12 @@ const ROLLING_REPORTS: [(&str, &str, &str); 2] = [
     (
         "gap",
         "m",
-        "Greatest distance of a wheel from the ground after the last step: of more than three wheels on one body some hang in the air.",
+        "Greatest distance of a wheel from the ground after the last step; it is not zero if more than three wheels are on one rigid body.",
     ),
     (
         "slide",
         "m/s",
-        "Root mean square of the speeds at which the rims slide: the wheels do not all drive the same circle, or slip under their loads.",
+        "Root mean square of the sliding speeds of the rims; it is not zero if the wheels do not follow the same circle, or slip under their loads.",
     ),
 ];
 

@@ -44,10 +44,10 @@ impl MechanismSpec {
             told.push(body);
             let (name, other) = (self.multibody.get(body).name(), &colliders.spec(still).name);
             let fact = format!(
-                "`{name}`: its shapes do not meet `{other}`: a hinge joins `{name}` to the world, and neighbours pass through each other"
+                "`{name}`: its shapes do not collide with `{other}`, because a hinge joins `{name}` to the world, and neighbours do not collide with each other"
             );
             let help = format!(
-                "write `collide: [[\"{name}\", \"{other}\"]]` in `contact` if they are to meet, else `ignore: [[\"{name}\", \"{other}\"]]`"
+                "write `collide: [[\"{name}\", \"{other}\"]]` in `contact` if they are to collide, otherwise `ignore: [[\"{name}\", \"{other}\"]]`"
             );
             let origin = self.bodies.get(name).copied().unwrap_or(self.origin);
             let colliders = [moving, still].map(|c| colliders.spec(c).name.clone());

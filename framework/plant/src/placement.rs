@@ -255,11 +255,11 @@ impl Placed {
         let (what, help) = match plan.steps.is_empty() {
             true => (
                 "does not rest there",
-                "brake its wheels at the start, or put it where the ground holds it",
+                "brake its wheels at the start, or place it where the ground can hold it",
             ),
             // A mechanism with contact by impulses has no derivative to integrate.
             false => (
-                "is not brought to rest before the run, since contact by impulses is on",
+                "is not brought to rest before the run, because contact by impulses does not support it",
                 "let it settle in the first second of the run",
             ),
         };
@@ -282,11 +282,11 @@ impl Placed {
             let most = body.q().map(|k| (to[k] - from[k]).abs()).fold(0.0, f64::max);
             if most > SAGS {
                 let fact = format!(
-                    "the hinge of `{}` gave way by {most:.2} (rad or m) while `{}` came to rest before the run",
+                    "the hinge of `{}` moved by {most:.2} (rad or m) while `{}` came to rest before the run",
                     body.name(),
                     self.body
                 );
-                let help = "hold it by a brake, a spring or a prescribed motion; or list it in `joints`, where it is meant";
+                let help = "hold it with a brake, a spring or a prescribed motion; or list it in `joints` if this is intended";
                 plan.warnings.push(Fault::new(origin, fact).help(help));
             }
         }

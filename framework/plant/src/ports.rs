@@ -132,9 +132,10 @@ fn constraint_method(
     match port.kind {
         PortKind::HingeTorque | PortKind::BallTorque if prescribed => {
             let fact = format!(
-                "`{part}`: binding `{bind}`: `{label}` is prescribed, so its torque moves nothing"
+                "`{part}`: binding `{bind}`: `{label}` is prescribed, so the torque has no effect"
             );
-            let help = "take `prescribed` out of the hinge, or bind a part that gives its motion";
+            let help =
+                "remove `prescribed` from the hinge, or bind a part that prescribes its motion";
             out.warnings.push(Fault::new(origin, fact).help(help));
         }
         PortKind::HingeAccel if !prescribed => {
@@ -176,10 +177,10 @@ fn quantity(
     if port.unit != moves {
         let (part, bind) = (&b.spec.part, &b.spec.bind);
         let fact = format!(
-            "`{part}`: binding `{bind}` is for coordinates in {}, and this is {is}",
+            "`{part}`: binding `{bind}` is for coordinates in {}, but this is {is}",
             port.unit
         );
-        let help = format!("take a model for coordinates in {moves}");
+        let help = format!("use a model for coordinates in {moves}");
         out.faults.push(Fault::new(b.spec.origin, fact).help(help));
     }
 }
@@ -409,7 +410,7 @@ fn resolve(mb: &Multibody, target: &BindTarget, wants: Wants) -> Result<Target, 
                         index + 1
                     ),
                     match has_ball {
-                        true => "bind to a pin, slider or screw; its ball takes a model for balls, as `actuators.ball_drive`".into(),
+                        true => "bind to a pin, slider or screw; for its ball, use a model for balls such as `actuators.ball_drive`".into(),
                         false => "bind to a pin, slider or screw".into(),
                     },
                 )),

@@ -140,12 +140,14 @@ impl MechanismPlan {
         let help = match self.multibody.motions() > 0 || self.multibody.prescribed().contains(&true)
         {
             true => {
-                "remove a constraint, free a prescribed hinge, or let prescribed hinges start with rates that agree"
+                "remove a constraint, free a prescribed hinge, or start prescribed hinges with compatible rates"
             }
-            false => "remove a constraint, or give all of them lengths and constants that agree",
+            false => {
+                "remove a constraint, or give the constraints compatible lengths and constants"
+            }
         };
         let origin = self.origin_of(self.multibody.constraint_name(*first));
-        let fact = format!("{}: {verb} what else constrains the mechanism", names.join(", "));
+        let fact = format!("{}: {verb} the other constraints of the mechanism", names.join(", "));
         Some(Fault { origin, ..Fault::new(Origin::NONE, fact).help(help) })
     }
 }

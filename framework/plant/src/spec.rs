@@ -50,7 +50,7 @@ pub struct MechanismSpec {
     pub reactions: Vec<String>,
     /// Bodies on a locked hinge that stands as a prescribed pin which never moves, so that its load is known.
     pub held: Vec<String>,
-    /// Pairs of bodies that report the force on the first from the second; `world` for the second is the world.
+    /// Pairs of bodies whose contact force is reported: the force on the first from the second, which may be `world`.
     pub pair_forces: Vec<[String; 2]>,
     /// Where it is written.
     pub origin: Origin,

@@ -93,7 +93,7 @@ pub fn ending(ended: Ended) -> Ending {
         Ended::Failed(e) => Ending::Failed(explain(&e)),
         Ended::Bad(e) if e.help.is_some() => Ending::Failed(e.to_string()),
         Ended::Bad(e) => Ending::Failed(format!(
-            "{e}\n  help: this is already so at the start; check the inputs of `{}`, and its parameters",
+            "{e}\n  help: this is already the case at the start; check the inputs of `{}`, and its parameters",
             e.path
         )),
         Ended::Recorder(e) => Ending::LogFailed(e),

@@ -92,7 +92,7 @@ pub fn read(j: &Json) -> Result<Vec<Body>> {
         let there = |b: &Body| b.parent == "world" || out.iter().any(|o| o.name == b.parent);
         let (ready, later): (Vec<_>, Vec<_>) = rest.into_iter().partition(there);
         if ready.is_empty() {
-            return j.error(&format!("`{}` hangs on no body that is there", later[0].name));
+            return j.error(&format!("the parent of `{}` does not exist", later[0].name));
         }
         out.extend(ready);
         rest = later;

@@ -107,7 +107,9 @@ impl Json {
         let all: Vec<f64> = self.items()?.iter().map(Json::number).collect::<Result<_>>()?;
         match <[f64; N]>::try_from(all) {
             Ok(numbers) => Ok(numbers),
-            Err(all) => self.error(&format!("{N} numbers are wanted, there are {}", all.len())),
+            Err(all) => {
+                self.error(&format!("{N} numbers are required, but there are {}", all.len()))
+            }
         }
     }
 
@@ -116,6 +118,6 @@ impl Json {
         if *self.value == *wanted {
             return Ok(());
         }
-        self.error(&format!("this is {}, and only {wanted} can be converted", self.value))
+        self.error(&format!("this is {}, but only {wanted} can be converted", self.value))
     }
 }

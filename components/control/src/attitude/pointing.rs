@@ -69,7 +69,7 @@ impl Model for Pointing {
     fn build(p: PointingParams) -> Result<Self, BuildError> {
         if p.inertia.iter().any(|j| !(*j > 0.0)) {
             return Err(BuildError::new("an inertia is not above 0")
-                .help("write the three principal ones, e.g. inertia: [60, 50, 40]")
+                .help("write the three principal moments of inertia, e.g. inertia: [60, 50, 40]")
                 .at("inertia"));
         }
         Ok(Pointing { p })

@@ -55,14 +55,14 @@ impl Head {
     pub fn new(grid: Lattice, tile: usize) -> Result<Head, TileError> {
         let size = |fact: String, help: &str| TileError::Size { fact, help: help.into() };
         if !(16..=1024).contains(&tile) {
-            let fact = format!("tiles of {tile} cells are not made");
-            return Err(size(fact, "their edges have 16 to 1024 cells"));
+            let fact = format!("tiles of {tile} cells are not supported");
+            return Err(size(fact, "the edge of a tile must have 16 to 1024 cells"));
         }
         let [nx, ny] = grid.size();
         if nx.max(ny) > 1 << 31 {
             return Err(size(
                 format!("{nx} by {ny} nodes are too many"),
-                "2^31 along an edge at most",
+                "an edge can have at most 2^31 nodes",
             ));
         }
         let tiles = tiles_of(nx, tile) as u64 * tiles_of(ny, tile) as u64;
@@ -147,11 +147,11 @@ impl Head {
         file.read_exact(&mut head).map_err(short)?;
         if &head[..8] == b"LWTILES1" {
             return Err(TileError::damaged(
-                "an earlier version of the program made it: make it anew (`linkwork terrain convert`)",
+                "it was written by an earlier version of Linkwork; write it again with `linkwork terrain convert`",
             ));
         }
         if &head[..8] != MAGIC {
-            return Err(TileError::damaged("it does not begin as a file of tiles does"));
+            return Err(TileError::damaged("it does not begin with the signature of a tiles file"));
         }
         let last = HEAD as usize - 4;
         if crc32fast::hash(&head[..last]) != u32_at(&head, last) {
@@ -179,9 +179,7 @@ impl Head {
         read.missing = u64_at(&head, 88);
         read.datum = number(96);
         if !read.datum.is_finite() {
-            return Err(TileError::damaged(
-                "the height above which it gives its heights is not finite",
-            ));
+            return Err(TileError::damaged("its reference height is not finite"));
         }
         let bytes = ENTRY * read.index.len() as u64;
         if length < HEAD + bytes {
@@ -234,10 +232,10 @@ pub(super) fn unpack(
     planes.clear();
     planes.resize(4 * n, 0);
     let mut from = flate2::read::ZlibDecoder::new(packed);
-    let wrong = |_| TileError::damaged("its compressed data is invalid");
+    let wrong = |_| TileError::damaged("its compressed data are invalid");
     from.read_exact(planes).map_err(wrong)?;
     if from.read(&mut [0]).map_err(wrong)? != 0 {
-        return Err(TileError::damaged("its compressed data contains more than its nodes"));
+        return Err(TileError::damaged("its compressed data are longer than its nodes require"));
     }
     for (k, h) in heights.iter_mut().enumerate() {
         *h = f32::from_le_bytes([planes[k], planes[n + k], planes[2 * n + k], planes[3 * n + k]]);

@@ -56,7 +56,7 @@ pub enum TileError {
         why: String,
     },
     /// The file is none of tiles, or damaged.
-    #[error("{fact}\n  help: make the file anew: `linkwork terrain convert`")]
+    #[error("{fact}\n  help: write the file again with `linkwork terrain convert`")]
     Damaged {
         /// What is wrong.
         fact: String,

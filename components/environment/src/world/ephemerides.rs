@@ -14,8 +14,7 @@ impl Inner {
         satellite: Option<&str>,
     ) -> Result<PointMotion, BuildError> {
         if self.params.body != Centre::Earth {
-            let fact =
-                "two-line elements are of satellites of the Earth, and the world has another body";
+            let fact = "two-line elements describe satellites of the Earth, but the `body` of `world` is another one";
             return Err(BuildError::new(fact).help("write `elements` or `state`"));
         }
         let epoch = self.params.epoch("a start by two-line elements")?;
@@ -65,10 +64,10 @@ impl Inner {
         let own = self.params.body.word();
         if !segment.centre.eq_ignore_ascii_case(own) {
             let fact = format!(
-                "`{file}` is about `{}`, and the body of the world is `{own}`",
+                "`{file}` is about `{}`, but the body of the world is `{own}`",
                 segment.centre
             );
-            return Err(BuildError::new(fact).help("take a message with the same `CENTER_NAME`"));
+            return Err(BuildError::new(fact).help("use a message with the same `CENTER_NAME`"));
         }
         Ok((axes(file, segment)?, state))
     }
@@ -91,7 +90,7 @@ fn axes(file: &str, segment: &Segment) -> Result<StartFrame, BuildError> {
         "TEME" => StartFrame::Teme,
         frame if frame.starts_with("ITRF") => StartFrame::Itrf,
         frame => {
-            let fact = format!("`{file}`: `REF_FRAME = {frame}` is not read");
+            let fact = format!("`{file}`: `REF_FRAME = {frame}` is not supported");
             return Err(
                 BuildError::new(fact).help("convert it to ICRF, GCRF, EME2000, ITRF or TEME")
             );
@@ -103,7 +102,7 @@ fn axes(file: &str, segment: &Segment) -> Result<StartFrame, BuildError> {
 fn choose(field: &str, written: Option<&str>, file: &str, known: &[String]) -> BuildError {
     let fact = match written {
         Some(name) => format!("{file} has no `{name}`"),
-        None => format!("{file} has several, and `{field}` does not say which"),
+        None => format!("{file} has several, and `{field}` does not select one"),
     };
     let mut names = known.to_vec();
     names.dedup();

@@ -67,7 +67,9 @@ impl Inner {
         self.params.among_the_stars(what)?;
         self.params.epoch(what)?;
         self.heavens.as_ref().ok_or_else(|| {
-            let fact = format!("{what} needs to know where the body is among the others");
+            let fact = format!(
+                "{what} needs the position of the body in the solar system, which is not known"
+            );
             BuildError::new(fact).help("write `body: earth`, mars or moon in `world`")
         })
     }
@@ -119,7 +121,7 @@ impl Inner {
         let Some(heavens) = self.heavens.as_ref().filter(|_| p.body.body().is_some()) else {
             if p.shadows.as_ref().is_some_and(|s| !s.is_empty()) {
                 return wrong(
-                    "where these bodies are is not known",
+                    "the positions of these bodies are not known",
                     "write `epoch` and `turns: iau`, for the Earth, Mars or the Moon",
                 );
             }
@@ -133,7 +135,7 @@ impl Inner {
             };
             if Some(third.body().0) == own {
                 let fact = "the central body casts its shadow in any case";
-                return wrong(fact, "name the others alone");
+                return wrong(fact, "remove it from `shadows`");
             }
             let course =
                 heavens.course(third.body().0, "shadows").map_err(|e| match &p.shadows {
@@ -141,11 +143,10 @@ impl Inner {
                     None => {
                         let body = third.body().0;
                         let fact = format!(
-                            "the {body:?} may hide the Sun, and where it is, is not known: {}",
+                            "the {body:?} may shadow the Sun, but its position is not known: {}",
                             e.message
                         );
-                        let more =
-                            "write `shadows: []` in `world` where its shadow does not matter";
+                        let more = "write `shadows: []` in `world` if its shadow does not matter";
                         let help = e.help.map_or(more.to_string(), |h| format!("{h}; or {more}"));
                         BuildError::new(fact).help(help)
                     }
@@ -240,8 +241,7 @@ impl Service for PlanetWorld {
         let seen = p.epoch.is_some() && p.among_the_stars("the Sun").is_ok();
         let heavens = if seen { Some(Heavens::around(&p, files)?) } else { None };
         if p.kernel.is_some() && heavens.is_none() {
-            let fact =
-                "`kernel` is written, and without an `epoch` and the pole of the IAU it has no use";
+            let fact = "`kernel` is written, but it has no effect without an `epoch` and the IAU pole of the body";
             return Err(BuildError::new(fact)
                 .help("write `epoch`, or remove `kernel`")
                 .at("kernel"));

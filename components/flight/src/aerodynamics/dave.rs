@@ -67,7 +67,7 @@ impl Param for DaveFile {
         match DaveFile::new(&name, &text) {
             Ok(file) => Some(file),
             Err(e) => {
-                let (fact, help) = e.split_once("\n  help: ").unwrap_or((&e, "mend the file"));
+                let (fact, help) = e.split_once("\n  help: ").unwrap_or((&e, "correct the file"));
                 cx.fault(v.origin, format!("{at}: {fact}"), Some(help.into()));
                 None
             }
@@ -256,7 +256,7 @@ impl DaveAerodynamics {
                 "`{}` is in `{}`, not in a unit of {wanted}",
                 v.id, v.units
             ))
-            .help("mend `units` in the file")
+            .help("correct `units` in the file")
             .at("model")),
         }
     }
@@ -331,16 +331,18 @@ fn flow(p: &DaveParams, start: &[f64]) -> Result<([Place; FLOW.len()], f64), Bui
         }
         let unknown = match n {
             ALTITUDE if p.atmosphere.altitude(0.0, Vec3::zeros()).is_none() => {
-                "around which planet it is"
+                "the planet above which the altitude is measured"
             }
             REYNOLDS if p.atmosphere.viscosity(273.15).is_none() => "the viscosity of its gas",
             _ => "",
         };
         if !unknown.is_empty() {
-            let fact =
-                format!("{} needs {}, and the air does not know {unknown}", p.model.name, v.name);
+            let fact = format!(
+                "{} needs {}, but the atmosphere does not define {unknown}",
+                p.model.name, v.name
+            );
             let help = format!(
-                "take an atmosphere that does, such as `environment.us76`, or write controls: [\"{}\"]",
+                "use an atmosphere that does, such as `environment.us76`, or write controls: [\"{}\"]",
                 v.id
             );
             return Err(BuildError::new(fact).help(help).at("atmosphere"));
@@ -356,8 +358,8 @@ fn flow(p: &DaveParams, start: &[f64]) -> Result<([Place; FLOW.len()], f64), Bui
         *slot = Some((k, factor));
     }
     if p.reynolds_length.is_some() && flow[REYNOLDS].is_none() {
-        let fact = format!("{} takes no `reynoldsNumber` of the flow", p.model.name);
-        return Err(BuildError::new(fact).help("leave it out").at("reynolds_length"));
+        let fact = format!("{} does not use the `reynoldsNumber` of the flow", p.model.name);
+        return Err(BuildError::new(fact).help("remove `reynolds_length`").at("reynolds_length"));
     }
     Ok((flow, length))
 }
@@ -372,10 +374,10 @@ fn reynolds(p: &DaveParams, k: usize, start: &[f64]) -> Result<(f64, f64), Build
             None => Ok((factor, 1.0)),
             Some(_) => {
                 let fact = format!(
-                    "`{}` counts per length, in {}",
+                    "`{}` is per unit of length (its unit is {}), so it needs no reference length",
                     m.variables[k].id, m.variables[k].units
                 );
-                told("reynolds_length", fact, "leave it out")
+                told("reynolds_length", fact, "remove `reynolds_length`")
             }
         };
     }
@@ -384,8 +386,8 @@ fn reynolds(p: &DaveParams, k: usize, start: &[f64]) -> Result<(f64, f64), Build
         if length > 0.0 && length.is_finite() {
             return Ok((factor, length));
         }
-        let fact = format!("a Reynolds number for a length of {length} m");
-        return told("reynolds_length", fact, "write one above 0");
+        let fact = format!("the reference length of the Reynolds number is {length} m");
+        return told("reynolds_length", fact, "write a length above 0");
     }
     let chord = standard(m, RESULTS[9].0).filter(|c| m.variables[*c].role == Role::Constant);
     let length = match chord {
@@ -395,9 +397,11 @@ fn reynolds(p: &DaveParams, k: usize, start: &[f64]) -> Result<(f64, f64), Build
     if length > 0.0 {
         return Ok((factor, length));
     }
-    let fact =
-        format!("{} needs reynoldsNumber, and has no constant `{CHORD}` above 0", p.model.name);
-    told("reynolds_length", fact, "write the length for which its Reynolds number is")
+    let fact = format!(
+        "{} needs `reynoldsNumber`, but it has no constant `{CHORD}` above 0 as its reference length",
+        p.model.name
+    );
+    told("reynolds_length", fact, "write the reference length of its Reynolds number in m")
 }
 
 /// The aerodynamic model of a DAVE-ML file: tables and formulas over the flow, the body's rates and controls.
@@ -417,7 +421,11 @@ impl Model for DaveAerodynamics {
         };
         if m.variables.len() > VARIABLES {
             let fact = format!("{} has {} variables", p.model.name, m.variables.len());
-            return wrong("model", fact, format!("split it: at most {VARIABLES}"));
+            return wrong(
+                "model",
+                fact,
+                format!("split the model: the limit is {VARIABLES} variables"),
+            );
         }
         let mut start = vec![0.0; m.variables.len()];
         m.start(&mut start);
@@ -426,8 +434,12 @@ impl Model for DaveAerodynamics {
             match m.find(&r.variable) {
                 Some(k) if m.variables[k].role == Role::Constant => start[k] = r.value,
                 Some(_) => {
-                    let fact = format!("`{}` is no constant of {}", r.variable, p.model.name);
-                    return wrong("set", fact, "only constants have a value to replace".into());
+                    let fact = format!("`{}` is not a constant of {}", r.variable, p.model.name);
+                    return wrong(
+                        "set",
+                        fact,
+                        "`set` can replace only the values of constants".into(),
+                    );
                 }
                 None => {
                     let fact = format!("{} has no variable `{}`", p.model.name, r.variable);
@@ -458,7 +470,7 @@ impl Model for DaveAerodynamics {
         }
         if controls.len() > CONTROLS {
             let fact = format!("{} controls", controls.len());
-            return wrong("controls", fact, format!("there are {CONTROLS} at most"));
+            return wrong("controls", fact, format!("the limit is {CONTROLS} controls"));
         }
         let known = |k: usize| flow.iter().flatten().chain(&controls).any(|(i, _)| *i == k);
         let open: Vec<&str> = (0..m.variables.len())
@@ -467,7 +479,7 @@ impl Model for DaveAerodynamics {
             .map(|k| m.variables[k].id.as_str())
             .collect();
         if !open.is_empty() {
-            let fact = format!("nothing gives {} its input {}", p.model.name, open.join(", "));
+            let fact = format!("{} has inputs without a source: {}", p.model.name, open.join(", "));
             return wrong(
                 "controls",
                 fact,
@@ -487,14 +499,15 @@ impl Model for DaveAerodynamics {
             Forces::Found => false,
         };
         if absent {
-            let fact = format!("{} has no coefficients of these forces", p.model.name);
-            return wrong("forces", fact, "write the other, or leave `forces` out".into());
+            let fact =
+                format!("{} does not define the coefficients that `forces` selects", p.model.name);
+            return wrong("forces", fact, "write the other value, or remove `forces`".into());
         }
         let stability = match (p.forces, body, lift) {
             (Forces::Stability, _, _) | (Forces::Found, None, Some(_)) => true,
             (Forces::Body, _, _) | (Forces::Found, _, None) => false,
             (Forces::Found, Some(_), Some(_)) => {
-                let fact = format!("{} has body forces, and lift and drag", p.model.name);
+                let fact = format!("{} defines both body forces and lift and drag", p.model.name);
                 return wrong("forces", fact, "write forces: body or stability".into());
             }
         };

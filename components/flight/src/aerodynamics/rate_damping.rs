@@ -50,8 +50,8 @@ impl Model for RateDamping {
     type FeedthroughOutputs = RateDampingOut;
     fn build(p: RateDampingParams) -> Result<Self, BuildError> {
         if p.damping.iter().any(|c| !(*c >= 0.0)) {
-            return Err(BuildError::new("a negative damping feeds the motion")
-                .help("write numbers from 0 up")
+            return Err(BuildError::new("a negative damping would add energy to the motion")
+                .help("write values of 0 or more")
                 .at("damping"));
         }
         super::air_data::check_air_rate(&p.against, p.world.as_ref(), "against")?;

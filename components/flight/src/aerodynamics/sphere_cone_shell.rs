@@ -94,7 +94,7 @@ impl SphereConeShell {
                 a.mach
             );
             let remedy = "use `flight.axisymmetric_aerodynamics` with tables";
-            return self.p.outside.says(fact, "the coefficients of fast flow are", remedy);
+            return self.p.outside.says(fact, "the coefficients of hypersonic flow are", remedy);
         }
         let fact = format!(
             "the flow {does} at a total angle of attack of {total:.2} deg, above the half-angle of {half:.2} deg, where it does not reach all of the fore-body"

@@ -79,7 +79,9 @@ pub enum NoPlan {
         time: f64,
     },
     /// The solver did not come to an end.
-    #[error("the solver stopped with {status} for {time} s\n  help: take another number of nodes")]
+    #[error(
+        "the solver stopped with {status} for {time} s\n  help: choose another number of nodes"
+    )]
     Solver {
         /// The time of flight.
         time: f64,
@@ -142,7 +144,10 @@ impl Descent {
             return wrong("the mass is not above the dry mass", "write mass > dry > 0");
         }
         if !(low > 0.0 && high > low && self.thrust > 0.0 && self.specific_impulse > 0.0) {
-            return wrong("thrust and throttle give no range", "write 0 < low < high and a thrust");
+            return wrong(
+                "`thrust` and `throttle` do not define a range",
+                "write 0 < low < high and a thrust",
+            );
         }
         if !(self.glide >= 0.0 && self.glide < 1.57 && self.cant >= 0.0 && self.cant < 1.5) {
             return wrong(
@@ -162,7 +167,10 @@ pub fn plan(d: &Descent, time: f64, nodes: usize) -> Result<Vec<Node>, NoPlan> {
     d.check()?;
     if !(time > 0.0) || nodes < 2 {
         let what = format!("{time} s in {nodes} intervals");
-        return Err(NoPlan::Input { what, help: "take a time above 0 and two intervals or more" });
+        return Err(NoPlan::Input {
+            what,
+            help: "choose a time above 0 and at least two intervals",
+        });
     }
     let (alpha, dt) = (d.flow(), time / nodes as f64);
     let [low, high] = d.throttle.map(|t| t * d.thrust * d.cant.cos());
@@ -322,8 +330,12 @@ pub fn best_plan(
     nodes: usize,
 ) -> Result<Vec<Node>, NoPlan> {
     if !(exact > 0.0 && low < high) {
-        let what = format!("times from {low} to {high} s, to {exact} s");
-        return Err(NoPlan::Input { what, help: "give a span of times, and how exactly above 0" });
+        let what =
+            format!("times from {low} to {high} s with an accuracy of {exact} s are not valid");
+        return Err(NoPlan::Input {
+            what,
+            help: "choose an interval of times above 0 and an accuracy above 0",
+        });
     }
     let fuel = |time: f64| match plan(d, time, nodes) {
         Ok(p) => Ok(d.mass - p[nodes].mass),

@@ -213,11 +213,10 @@ impl Model for Airbag {
             () if p.pressure - p.ambient >= vent => {
                 "the initial pressure is above the opening pressure of the vent: the vent opens at once"
             }
-            () if p.vent_area <= 0.0 => "the vent has no area: nothing leaves when it opens",
+            () if p.vent_area <= 0.0 => "the vent has no area, so no gas leaves when it opens",
             () => return Vec::new(),
         };
-        let help =
-            "choose `vent` above pressure less ambient, and give `vent_area`, or leave `vent` out";
+        let help = "write a `vent` greater than `pressure` minus `ambient` and a `vent_area`, or remove `vent`";
         vec![BuildError::new(fact).help(help).at("vent")]
     }
     fn handle_event(&self, fired: Fired<'_>, x: &Gas, d: &Vent) -> (Gas, Vent) {

@@ -102,7 +102,7 @@ impl Model for BlowDown {
     }
     fn runtime_warning(&self, d: &Filled) -> Option<BuildError> {
         let fact = format!(
-            "the tank is filled beyond the {} m³ of propellant and {} m³ of gas with which it began",
+            "the tank contains more than its volume, which is {} m³ of propellant and {} m³ of gas at the start",
             d.volume, self.p.ullage
         );
         let help = "write a larger `ullage`, or end the flow into the tank earlier";

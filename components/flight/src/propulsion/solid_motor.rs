@@ -110,10 +110,13 @@ impl Model for SolidMotor {
         let curve = Curve::new(&p.curve, "curve")?;
         let wrong = |fact: &str, help: &str| Err(BuildError::new(fact).help(help).at("curve"));
         if p.curve[0][0] != 0.0 || p.curve.len() < 2 {
-            return wrong("a curve goes from ignition on", "begin with [0, …] and write two rows");
+            return wrong(
+                "the curve must begin at ignition (t = 0) and have at least two rows",
+                "write [0, …] as the first row, and at least one more",
+            );
         }
         if p.curve.iter().any(|r| !(r[1] >= 0.0)) {
-            return wrong("a thrust is negative", "write numbers from 0 up");
+            return wrong("a thrust is negative", "write values of 0 or more");
         }
         Ok(SolidMotor { p, curve })
     }
@@ -168,13 +171,13 @@ impl Model for SolidMotor {
         let fact = match self.p.start {
             Some(s) if waits && s < clock.t - 1e-6 => {
                 format!(
-                    "it should be lit at {s} s and begins at {:.6} s: it is lit at once",
+                    "its ignition is at {s} s, but the motor exists only from {:.6} s on: it is lit at once",
                     clock.t
                 )
             }
             _ => return Vec::new(),
         };
-        let help = "write a later `start`, or 0 where it is lit at the start of the run";
+        let help = "write a later `start`, or 0 if it is lit at the start of the run";
         vec![BuildError::new(fact).help(help).at("start")]
     }
 }

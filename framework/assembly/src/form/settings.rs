@@ -565,7 +565,7 @@ fn metrics(cx: &mut Cx, v: &Located) -> Vec<Metric> {
             (Take::Percentile(_), Some(percent)) if percent <= 100.0 => Take::Percentile(percent),
             (Take::Percentile(_), _) => {
                 let fact = match percent {
-                    Some(percent) => format!("{}: a percentile of {percent} %", at.what),
+                    Some(percent) => format!("{}: `percent` is {percent}, above 100", at.what),
                     None => format!("{}: `percent` is missing", at.what),
                 };
                 cx.fault(origin, fact, "write `percent`, from 0 to 100: percent: 95");

@@ -145,7 +145,7 @@ impl PreviousState<'_> {
             name => Some(self.old.body(name).ok_or_else(|| TopologyError::Unknown {
                 action: "go over",
                 name: name.to_owned(),
-                help: "an existing body can hang only on another existing body or on the world",
+                help: "an existing body can be attached only to another existing body or to the world",
             })?),
         };
         let (X, V) = self.pair(parent, from)?;

@@ -220,7 +220,7 @@ impl Robot {
             if let (true, Some(q)) = (slides, [qa, qb].into_iter().find(|q| beyond(q))) {
                 let help = "start and end within the limits of sliders and screws";
                 let value = q[s.q.start];
-                return Err(RobotError::OutOfRange { what: "a slider's place", value, help });
+                return Err(RobotError::OutOfRange { what: "position of a slider", value, help });
             }
         }
         let mut dv = std::mem::take(&mut self.collide.dv);

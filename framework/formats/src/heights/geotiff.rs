@@ -354,7 +354,7 @@ fn one_band<R: Read + Seek>(decoder: &mut Decoder<R>) -> Result<bool, HeightsErr
     match decoder.colortype()? {
         ColorType::Gray(8 | 16 | 32 | 64) => {}
         other => {
-            return Err(HeightsError::Pixels { what: format!("pixels of the kind {other:?}") });
+            return Err(HeightsError::Pixels { what: format!("pixels of the type {other:?}") });
         }
     }
     Ok(decoder.find_tag_unsigned::<u16>(Tag::SampleFormat)? == Some(3))

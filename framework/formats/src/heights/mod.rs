@@ -151,7 +151,7 @@ pub enum HeightsError {
         why: String,
     },
     /// An unknown file extension.
-    #[error("`{name}` does not have a format with heights\n  help: {KINDS}")]
+    #[error("`{name}` is not in a supported format of heights\n  help: {KINDS}")]
     Kind {
         /// Name of the file.
         name: String,

@@ -420,7 +420,7 @@ struct Wired<M: Model> {
     model: Arc<M>,
     w: Wiring,
     store: M::Store,
-    /// Zeros: the argument `y` of `derivatives` that does not read it.
+    /// Zeros, passed as the argument `y` of `derivatives` if the model does not use that argument.
     none: M::FeedthroughOutputs,
 }
 

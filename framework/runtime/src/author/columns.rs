@@ -63,7 +63,7 @@ impl Columns {
             records.push((line, record.iter().map(String::from).collect()));
         }
         if records.is_empty() {
-            return Err(format!("{file} has no line under its headings"));
+            return Err(format!("{file} has no rows below its headings"));
         }
         Ok(Columns { file: file.into(), headings, records, decimal_comma: separator != b',' })
     }
@@ -176,7 +176,7 @@ impl Columns {
                         format!("write `column: ..` or `columns: [..]`, of: {}", names.join(", "));
                     cx.fault(
                         v.origin,
-                        format!("{at}: one column or a list of columns is wanted"),
+                        format!("{at}: one column or a list of columns is expected"),
                         Some(help),
                     );
                     return None;
@@ -235,7 +235,7 @@ pub(crate) fn read_list<T: Param>(
     let before = cx.faults.len();
     let Some((wanted, single)) = table.wanted(v, &at, cx) else {
         if cx.faults.len() == before {
-            cx.fault(v.origin, format!("{at}: names of columns are texts"), None);
+            cx.fault(v.origin, format!("{at}: names of columns must be texts"), None);
         }
         return None;
     };

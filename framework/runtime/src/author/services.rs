@@ -22,7 +22,7 @@ pub trait Provided: Send + Sync + 'static {
     fn missing() -> (String, String) {
         let word = Self::WORD;
         (
-            format!("needs a {word} service and there is none"),
+            format!("needs a {word} service, but there is none"),
             format!("add a part that provides {word}"),
         )
     }
@@ -254,7 +254,7 @@ impl Services {
                     _ if refused.next().is_some() => Err(None),
                     [] => Err(Some(T::missing())),
                     _ => Err(Some((
-                        format!("needs a {kind} service and there are {}", nearest.len()),
+                        format!("needs a {kind} service, but there are {}", nearest.len()),
                         format!("name one of: {}", paths.join(", ")),
                     ))),
                 }

@@ -38,7 +38,7 @@ impl Vertical {
             Axes::Site(site) => Ok(Vertical::Centre(-site.relative_to_centre(&Vec3::zeros()))),
             Axes::Level(_) => Ok(gravity.and_then(of_gravity).unwrap_or(Vertical::Level)),
             Axes::Any => gravity.and_then(of_gravity).ok_or_else(|| {
-                let fact = "needs to know which way is up, and the simulation has neither a world nor gravity";
+                let fact = "needs the direction of the vertical, but the simulation has neither a world nor gravity";
                 let help = "write `world: (body: \"..\")` in the simulation, or add a gravity part such as `environment.uniform_gravity`";
                 BuildError::new(fact).help(help)
             }),
@@ -100,8 +100,8 @@ impl Services {
             return Vec::new();
         }
         let terrains = self.iter().filter(|(_, o)| o.get::<dyn Terrain>().is_some());
-        let fact = "is ground whose height counts along z of W, and by `world` W is inertial with its origin at the centre of the body";
-        let help = "write `site` in `world`: then z of W is up there; or take the terrain out";
+        let fact = "is ground with heights along z of W, but `world` makes W inertial, with its origin at the centre of the body";
+        let help = "write `site` in `world`, so that z of W points up; or remove the terrain";
         terrains.map(|(path, _)| (path.to_string(), fact.to_string(), help.to_string())).collect()
     }
 }
@@ -114,8 +114,8 @@ pub fn needs_level_ground(world: Option<&Handle<dyn World>>) -> Result<(), Build
     if world.is_none_or(|w| w.axes() != Axes::Inertial) {
         return Ok(());
     }
-    let fact = "its ground is a plane whose height counts along z of W, and by `world` W is inertial with its origin at the centre of the body";
-    let help = "write `site` in `world`: then z of W is up there";
+    let fact = "its ground is a plane with a height along z of W, but `world` makes W inertial, with its origin at the centre of the body";
+    let help = "write `site` in `world`, so that z of W points up";
     Err(BuildError::new(fact).help(help))
 }
 
@@ -180,7 +180,7 @@ mod tests {
         assert_eq!(Vertical::new(Some(&level.handle()), None).unwrap().up(0.0, &p), Vec3::z());
         for gravity in [None, Some(uniform(Vec3::zeros()))] {
             let e = Vertical::new(None, gravity.as_ref()).err().unwrap();
-            assert!(e.message.contains("which way is up") && e.help.is_some());
+            assert!(e.message.contains("direction of the vertical") && e.help.is_some());
         }
     }
 

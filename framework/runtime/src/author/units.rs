@@ -256,7 +256,7 @@ impl<'a> Reader<'a> {
                 }
                 self.skip(|c| c.is_ascii_digit());
                 let digits = &self.text[start..self.at];
-                return digits.parse().map_err(|_| self.error("a power is a small integer"));
+                return digits.parse().map_err(|_| self.error("a power must be a small integer"));
             }
             _ => return Ok(1),
         };

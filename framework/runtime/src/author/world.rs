@@ -57,7 +57,7 @@ pub trait World: Send + Sync {
     /// # Errors
     /// What of it has no meaning in this world, with the remedy.
     fn start(&self, _: &Start) -> Result<(Vec3, Vec3), BuildError> {
-        let fact = "this world has no orbits and no named axes";
+        let fact = "this world supports neither orbits nor named axes";
         Err(BuildError::new(fact).help("write `position` and `velocity` in W"))
     }
     /// Why it cannot answer at simulated time t (s): the span that its data cover, and the remedy.
@@ -73,8 +73,8 @@ impl Provided for dyn World {
     const FIRST: bool = true;
     fn missing() -> (String, String) {
         (
-            "needs to know the body around which this is, and the simulation has no `world`".into(),
-            "write `world: (body: \"mars\")` in the simulation: earth, mars, moon or other; with `site` where W stands on the ground".into(),
+            "needs the central body, but the simulation has no `world`".into(),
+            "write `world: (body: \"mars\")` in the simulation: earth, mars, moon or other; with `site` if W is a place on its ground".into(),
         )
     }
     fn failure(&self, t: f64) -> Option<BuildError> {

@@ -111,8 +111,8 @@ pub enum CheckpointError {
     },
     /// It holds what no run can have written.
     #[error(
-        "the checkpoint holds what no run writes: {why}\n  help: it was changed or damaged; take a copy that is whole, or \
-         an earlier checkpoint"
+        "the checkpoint contains values that no run writes: {why}\n  help: it was changed or damaged; use an intact \
+        copy, or an earlier checkpoint"
     )]
     Impossible {
         /// What.
@@ -132,8 +132,8 @@ pub enum CheckpointError {
 fn target(path: &Path) -> Result<PathBuf, &'static str> {
     match std::fs::canonicalize(path) {
         Ok(there) if there.is_file() => Ok(there),
-        Ok(_) => Err("it is no file"),
-        Err(_) if path.is_symlink() => Err("it is a link that leads nowhere"),
+        Ok(_) => Err("it is not a file"),
+        Err(_) if path.is_symlink() => Err("it is a link to a file that does not exist"),
         // The file or its folder does not exist; writing reports an error if necessary.
         Err(_) => Ok(path.to_owned()),
     }
@@ -186,7 +186,7 @@ impl Checkpoint {
     /// Why it is none.
     pub fn from_bytes(bytes: &[u8]) -> Result<Checkpoint, String> {
         if bytes.len() < 16 || (&bytes[..8] != MAGIC && &bytes[..8] != MAGIC_02) {
-            return Err("it does not begin as one".into());
+            return Err("it does not begin with the signature of a checkpoint".into());
         }
         if noise::hash(bytes[16..].iter().copied()).to_le_bytes() != bytes[8..16] {
             return Err("its contents are damaged or cut short".into());
@@ -203,7 +203,7 @@ impl Checkpoint {
         let io = |source| CheckpointError::Io { path: name.clone(), source };
         // A device or a pipe may never end.
         if !path.metadata().map_err(io)?.is_file() {
-            return Err(io(std::io::Error::other("it is no file")));
+            return Err(io(std::io::Error::other("it is not a file")));
         }
         let bytes = std::fs::read(path).map_err(io)?;
         let format = |why| CheckpointError::Format { path: name.clone(), why };

@@ -117,7 +117,10 @@ impl Simulation {
     pub fn restore(&mut self, c: &Checkpoint) -> Result<(), CheckpointError> {
         let mismatch = |why: String| Err(CheckpointError::Mismatch { why });
         let Some(phase) = self.program().phases.get(c.instant.phase as usize) else {
-            return mismatch(format!("it is in phase {}, which is not here", c.instant.phase));
+            return mismatch(format!(
+                "it is in phase {}, which this simulation does not have",
+                c.instant.phase
+            ));
         };
         let plan = phase.plan.clone();
         let layout = layout(&plan);
@@ -210,29 +213,35 @@ fn impossible(c: &Checkpoint, plan: &Plan) -> Option<String> {
     let Instant { since, micro, memory, entered, phase } = &c.instant;
     let gap = plan.base.times(plan.table[c.row as usize].gap);
     if !(*since >= 0.0 && *since <= gap) {
-        return Some(format!("an instant {since} s after a row, and rows are {gap} s apart"));
+        return Some(format!("its time is {since} s after a row, but rows are {gap} s apart"));
     }
     let time = plan.base.times(c.tick) + since;
     if c.time.to_bits() != time.to_bits() {
-        return Some(format!("tick {} is {time} s, and it says {} s", c.tick, c.time));
+        return Some(format!(
+            "tick {} is at {time} s, but the checkpoint states {} s",
+            c.tick, c.time
+        ));
     }
     // A double holds no finer time.
     if c.tick as f64 * plan.base.seconds() > TIME_MAX || time + gap == time {
-        return Some(format!("tick {} at {time} s, where a row has no length any more", c.tick));
+        return Some(format!(
+            "tick {} is at {time} s, where the distance between rows is lost in round-off",
+            c.tick
+        ));
     }
     if *micro > EVENTS_MAX {
-        return Some(format!("{micro} events at one instant"));
+        return Some(format!("it has {micro} events at one instant"));
     }
     let (next, error) = *memory;
     if !(next >= 0.0 && error >= 0.0) {
-        return Some(format!("a step of {next} s with an error of {error}"));
+        return Some(format!("its next step is {next} s and the error estimate {error}"));
     }
     // Two sums of the same steps differ by round-off.
     let begins = |t: f64| (0.0..=time + 1e-9 * (1.0 + time)).contains(&t);
     let other = entered.iter().find(|t| !(begins(**t) || **t == f64::INFINITY));
     let own = entered.get(*phase as usize).filter(|t| !begins(**t));
     if let Some(t) = other.or(own) {
-        return Some(format!("a phase that began at {t} s, and it is {time} s"));
+        return Some(format!("a phase began at {t} s, but the checkpoint is at {time} s"));
     }
     let mut guards = c.guards.iter().zip(&plan.guards);
     let bad = guards.find(|((value, change, slack, side, due), guard)| {
@@ -246,7 +255,7 @@ fn impossible(c: &Checkpoint, plan: &Plan) -> Option<String> {
         !(known && sides(side) && ways.contains(due))
     });
     if let Some((_, guard)) = bad {
-        return Some(format!("guard `{}` stands nowhere", guard.name));
+        return Some(format!("guard `{}` has an impossible state", guard.name));
     }
     c.pins
         .iter()

@@ -168,7 +168,7 @@ impl Sorted {
             }
         }
         for bind in missing {
-            let fact = format!("`{}`: binding `{bind}` is not given", part.spec.path);
+            let fact = format!("`{}`: binding `{bind}` is missing", part.spec.path);
             let help = format!("write `bind: {{ \"{bind}\": \"node:…\" }}` or `\"hinge:…\"`");
             faults.push(Fault::new(part.spec.origin, fact).help(help));
         }

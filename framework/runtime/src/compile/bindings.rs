@@ -85,7 +85,7 @@ pub(super) fn uncommanded(parts: &[Part<'_>], c: &Connections, warnings: &mut Ve
         if free && !own.is_empty() {
             let names: Vec<&str> = own.iter().map(|(_, name)| *name).collect();
             let path = &part.spec.path;
-            let fact = format!("`{path}` drives a hinge and nothing commands it");
+            let fact = format!("`{path}` drives a hinge, but no wire commands it");
             let help = format!("wire {}", names.join(" or "));
             warnings.push(Fault::new(part.spec.origin, fact).help(help));
         }
@@ -141,7 +141,7 @@ fn find<'a>(
         )));
     }
     if !host {
-        let fact = format!("`{part}` binds `{name}` but there are no bodies");
+        let fact = format!("`{part}` binds `{name}`, but there are no bodies");
         return Err(Fault::new(origin, fact).help("add `bodies` to the assembly"));
     }
     let inputs = d.all_inputs().map(|p| (p, End::Input));

@@ -85,8 +85,8 @@ impl<'w> Connector<'_, '_, 'w> {
         };
         if sn != dn {
             return fault(
-                format!("`{from}` has {sn} lanes but `{to}` takes {dn}"),
-                "name one element on the longer side, as in `rate[2]` or `force.x`",
+                format!("`{from}` has {sn} elements, but `{to}` has {dn}"),
+                "select one element on the longer side, as in `rate[2]` or `force.x`",
             );
         }
         let whole = sn == src.spec.lanes && dn == dst.spec.lanes;
@@ -99,7 +99,7 @@ impl<'w> Connector<'_, '_, 'w> {
                 && !matches!(dst.spec.kind, PortKind::Bool))
         {
             return fault(
-                format!("`{from}` is a {:?} but `{to}` is a {:?}", src.spec.kind, dst.spec.kind),
+                format!("`{from}` is a {:?}, but `{to}` is a {:?}", src.spec.kind, dst.spec.kind),
                 "wire ports of one kind, or name the elements",
             );
         }
@@ -109,16 +109,16 @@ impl<'w> Connector<'_, '_, 'w> {
         {
             let shown = |u: &str| if u.is_empty() { "no unit".to_string() } else { u.to_string() };
             return fault(
-                format!("{from} is in {} but {to} wants {}", shown(&su), shown(&du)),
-                "wire the quantity itself, or put a converter between them",
+                format!("{from} is in {}, but {to} is in {}", shown(&su), shown(&du)),
+                "wire an output of the same quantity, or insert a part that converts it",
             );
         }
         if let (Some(f), Some(g)) = (&src.spec.frame, &dst.spec.frame)
             && f != g
         {
             return fault(
-                format!("`{from}` is in frame `{f}` but `{to}` wants frame `{g}`"),
-                "put a frame transformation between them",
+                format!("`{from}` is in frame `{f}`, but `{to}` requires frame `{g}`"),
+                "insert a frame transformation between them",
             );
         }
         let sent = (src.lane + s0) as u32;
@@ -135,7 +135,7 @@ impl<'w> Connector<'_, '_, 'w> {
                 let other = self.texts[other];
                 return fault(
                     format!("input `{to}` is wired twice; the other wire is `{other}`"),
-                    "remove one of the two: only inputs marked `sum` take several wires",
+                    "remove one of the two: only inputs marked `sum` accept several wires",
                 );
             }
         }
@@ -171,7 +171,7 @@ impl<'w> Connector<'_, '_, 'w> {
         tolerance: f64,
     ) -> Result<u32, Vec<Fault>> {
         if !(tolerance > 0.0 && tolerance < 1.0) {
-            let fact = format!("wire `{}`: a tolerance of {tolerance}", wire.text);
+            let fact = format!("wire `{}`: the tolerance is {tolerance}", wire.text);
             return Err(vec![
                 Fault::new(wire.origin, fact).help("write one above 0 and below 1, e.g. 1e-10"),
             ]);
@@ -209,8 +209,10 @@ impl<'w> Connector<'_, '_, 'w> {
         let other = (to.lane..to.lane + n).find_map(|at| self.arrivals.at(to.part, at));
         if let Some(other) = other.filter(|_| !to.spec.sum) {
             let Link { from, to, .. } = &self.out.links[other];
-            let fact = format!("`{a} -> {b}`: `{from} -> {to}` drives the same already");
-            let help = "take one of the two out: they would act in each other's place";
+            let fact = format!(
+                "`{a} -> {b}`: the connection `{from} -> {to}` already drives the same input"
+            );
+            let help = "remove one of the two, because an input can have only one source";
             faults.push(Fault::new(wire.origin, fact).help(help));
         }
         let link = Link {

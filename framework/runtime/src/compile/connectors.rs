@@ -66,7 +66,7 @@ pub(super) fn check(parts: &[Part<'_>], links: &[Link], faults: &mut Vec<Fault>)
                     && reported.insert(connector)
                 {
                     let fact = format!(
-                        "`{own}` takes `{}` from `{other}`, but its `{}` does not go there",
+                        "`{own}` receives `{}` from `{other}`, but its `{}` is not connected back to it",
                         port.name, lost.name
                     );
                     faults.push(Fault::new(link.origin, fact).help(join(&own)));

@@ -87,7 +87,7 @@ impl Delays<'_> {
                 Fault::new(wire.origin, format!("wire `{}`: {fact}", wire.text)).help(help)
             };
             if !(1..=SAMPLES_MAX).contains(samples) {
-                let fact = format!("a delay of {samples} samples");
+                let fact = format!("a delay of {samples} samples is not possible");
                 faults.push(fault(fact, "write a number of samples from 1 to 100000"));
             }
             // A missing end is reported with the wire itself.
@@ -99,8 +99,8 @@ impl Delays<'_> {
                 start = vec![start.first().copied().unwrap_or(0.0); lanes];
             }
             if start.len() != lanes {
-                let fact = format!("it carries {lanes} numbers and `initial` has {}", start.len());
-                faults.push(fault(fact, "write one number, or one for each"));
+                let fact = format!("it carries {lanes} numbers, but `initial` has {}", start.len());
+                faults.push(fault(fact, "write one number for all, or one for each"));
                 start.resize(lanes, 0.0);
             }
             let samples = (*samples).clamp(1, SAMPLES_MAX);
@@ -134,13 +134,13 @@ impl Delay {
             port.doc_of(doc)
         };
         let held = PortSpec::named("held", PortKind::Numbers, lanes * samples)
-            .doc_of("Samples on their way, the oldest first.");
+            .doc_of("Delayed samples, the oldest first.");
         let description = Description {
             name: "delay".into(),
             doc: "A wire whose values arrive some samples later.".into(),
             functions: Functions { outputs: true, update: true, ..Functions::default() },
-            inputs: vec![port("u", "What is sent.")],
-            outputs: vec![port("y", "What arrives.")],
+            inputs: vec![port("u", "Value to delay.")],
+            outputs: vec![port("y", "Delayed value.")],
             discrete: vec![held],
             ..Description::default()
         };

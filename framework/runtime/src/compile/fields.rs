@@ -154,7 +154,7 @@ fn find(
                 [f] => *f,
                 several => {
                     let n = several.len();
-                    let fact = format!("`{path}` binds to a {wanted} and there are {n}");
+                    let fact = format!("`{path}` binds to a {wanted}, but there are {n}");
                     let help = format!("bind `{BINDING}` to one of: {}", paths.join(", "));
                     return Err(Fault::new(part.spec.origin, fact).help(help));
                 }
@@ -171,7 +171,7 @@ fn find(
     if let Some(port) = beyond {
         let known: Vec<&str> = imprint.iter().map(|i| &*i.name).collect();
         let field = &parts[field].spec.path;
-        let fact = format!("`{path}` writes `{}`, which `{field}` does not take", port.name);
+        let fact = format!("`{path}` writes `{}`, which `{field}` does not accept", port.name);
         return Err(Fault::new(part.spec.origin, fact).help(remedy(&port.name, "ports", &known)));
     }
     if !writes.is_empty() && !missing.is_empty() {

@@ -87,7 +87,7 @@ impl<'a, 'b> Finder<'a, 'b> {
                     let fact = format!("wire `{wire}`: `{part}` is a service: it has no ports");
                     return Err(Some(
                         Fault::new(origin, fact)
-                            .help("models ask services themselves; name it in their parameters"),
+                            .help("models use services directly: write the path of the service in their parameters"),
                     ));
                 }
                 Some(false) => return Err(None),

@@ -288,7 +288,7 @@ fn build_services(
         let (one, two) = (&worlds[0].0.path, &other.path);
         for (part, at) in [(worlds[0].0, two), (*other, one)] {
             let fact = format!("`{}` and `{at}` describe two different worlds", part.path);
-            let help = "a simulation has one world: state it once, or twice with the same values";
+            let help = "a simulation has one world: write it once, or twice with the same values";
             faults.push(Fault::new(part.origin, fact).help(help));
         }
     }
@@ -332,10 +332,10 @@ fn build_models<'a>(
         if let Some(prototype) = entry.make_model(&part.params, &mut cx) {
             if let (true, Some(site)) = (prototype.description().inertial, &site) {
                 let fact = format!(
-                    "`{}` ({}) takes W for inertial axes, and `{site}` for a site of a planet",
+                    "`{}` ({}) assumes that W is inertial, but according to `{site}` it is a site on a planet",
                     part.path, part.model
                 );
-                let help = "leave the part out, or leave `site` out of `world`";
+                let help = "remove the part, or remove `site` from `world`";
                 faults.push(Fault::new(part.origin, fact).help(help));
             }
             let asks = std::mem::take(&mut cx.asked);

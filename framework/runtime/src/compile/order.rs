@@ -224,12 +224,12 @@ fn loops(
             Fault::new(
                 origin,
                 format!(
-                    "loop of direct outputs through {}: {}",
+                    "algebraic loop of feedthrough outputs through {}: {}",
                     members.join(", "),
                     wires.join(", ")
                 ),
             )
-            .help("write `delay: 1` at one of these wires, or `solve: 1e-10` to find the values that agree, or put a model with state (a lag, an integrator) on it"),
+            .help("write `delay: 1` at one of these wires, or `solve: 1e-10` to solve the loop to this tolerance, or insert a model with state (a lag, an integrator)"),
         );
     }
     faults

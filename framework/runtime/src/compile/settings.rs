@@ -83,9 +83,15 @@ pub(super) fn integration(
     };
     let positive = |v: f64| v > 0.0 && v.is_finite();
     if !(positive(accuracy.absolute) && accuracy.relative >= 0.0 && accuracy.relative < 1.0) {
-        let fact =
-            format!("accuracy: absolute {} and relative {}", accuracy.absolute, accuracy.relative);
-        refuse(Origin::NONE, fact, "absolute above zero, relative from 0 to below 1, e.g. 1e-9");
+        let fact = format!(
+            "accuracy: the tolerances are {} (absolute) and {} (relative)",
+            accuracy.absolute, accuracy.relative
+        );
+        refuse(
+            Origin::NONE,
+            fact,
+            "the absolute tolerance must be above 0, the relative one at least 0 and below 1, e.g. 1e-9",
+        );
     }
     if !(accuracy.step_max > 0.0) {
         let fact = format!("accuracy: the longest step is {} s", accuracy.step_max);
@@ -133,7 +139,7 @@ pub(super) fn integration(
         Ok(control) => Ok(Integration { method, control: Some(control) }),
         Err(e) => Err(vec![
             Fault::new(Origin::NONE, format!("accuracy: {e}"))
-                .help("choose a method with an error estimate, or leave `accuracy` out"),
+                .help("choose a method with an error estimate, or remove `accuracy`"),
         ]),
     }
 }

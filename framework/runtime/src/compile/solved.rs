@@ -36,9 +36,9 @@ pub(super) fn close(
             None => faults.push(
                 Fault::new(
                     tear.origin,
-                    format!("wire `{}` is to be solved for and closes no loop", tear.text),
+                    format!("wire `{}` has `solve`, but it does not close a loop", tear.text),
                 )
-                .help("leave `solve` out"),
+                .help("remove `solve`"),
             ),
         }
     }
@@ -142,7 +142,7 @@ pub(super) fn vary(
         Some(part) if !one => {
             let tear = c.tears.iter().find(|t| l.wires.contains(&t.text));
             let fact = format!(
-                "the loop of wire `{}` goes through `{}`, whose output changes at its samples only",
+                "the loop of wire `{}` goes through `{}`, whose output changes only at its samples",
                 l.wires[0], part.spec.path
             );
             let origin = tear.map_or(part.spec.origin, |t| t.origin);

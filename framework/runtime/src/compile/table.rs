@@ -36,13 +36,16 @@ pub(crate) fn rates(
             None if d.functions.update && d.continuous.is_empty() => faults.push(
                 Fault::new(
                     p.origin,
-                    format!("`{}` ({}) is sampled and has no rate", p.path, p.model),
+                    format!("`{}` ({}) is sampled, but has no rate", p.path, p.model),
                 )
                 .help("write `rate: \"50 Hz\"`"),
             ),
             None if d.functions.update => faults.push(
-                Fault::new(p.origin, format!("`{}` ({}) has updates and no rate", p.path, p.model))
-                    .help("write `rate: \"50 Hz\"`"),
+                Fault::new(
+                    p.origin,
+                    format!("`{}` ({}) has updates, but no rate", p.path, p.model),
+                )
+                .help("write `rate: \"50 Hz\"`"),
             ),
             None => {}
             Some(_) if !d.functions.update && !d.continuous.is_empty() => faults.push(

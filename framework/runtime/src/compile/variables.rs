@@ -25,7 +25,7 @@ pub(crate) fn variables(
         let Some(l) = loops.iter().find(|l| l.wires.contains(&tear.text)) else { continue };
         let names = [
             ("iterations", "Newton steps of the last solution of this wire's loop."),
-            ("residual", "Greatest difference that is left, as a part of its tolerance."),
+            ("residual", "Greatest remaining difference, relative to its tolerance."),
         ];
         for (k, (name, doc)) in names.into_iter().enumerate() {
             let variable = Variable {

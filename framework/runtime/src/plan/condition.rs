@@ -263,7 +263,7 @@ impl<'a> Reader<'a> {
         let done = match self.nested > NESTED {
             true => Err((
                 format!("more than {NESTED} brackets, signs and `not` are within each other"),
-                "leave out what changes nothing, or move a part of it into a model with a guard"
+                "remove redundant ones, or move a part of the condition into a model with a guard"
                     .into(),
             )),
             false => read(self),
@@ -312,8 +312,8 @@ impl<'a> Reader<'a> {
         let Some(test) = tests.into_iter().find(|t| self.take(t)) else {
             if self.take("=") || self.take("!=") {
                 return Err((
-                    "`=` and `!=` are not tests".into(),
-                    "write `<=` and `>=`, joined by `and`: a number that moves is equal for an instant only".into(),
+                    "`=` and `!=` are not supported in conditions".into(),
+                    "write `<=` and `>=`, joined by `and`, because a continuous value is equal to a number only for an instant".into(),
                 ));
             }
             // A truth value by itself.
@@ -432,7 +432,10 @@ impl<'a> Reader<'a> {
         }
         let (number, rest) = self.rest.split_at(end);
         let Ok(value) = number.replace('_', "").parse::<f64>() else {
-            return Err((format!("`{number}` is no number"), "write e.g. `1.8` or `3e5`".into()));
+            return Err((
+                format!("`{number}` is not a number"),
+                "write e.g. `1.8` or `3e5`".into(),
+            ));
         };
         self.rest = rest;
         let after = rest.trim_start();
@@ -615,7 +618,7 @@ mod tests {
             ("A.speed < 3", "different quantities"),
             ("A.speed", "a test is missing"),
             ("A.mach A.mach", "a test is missing"),
-            ("A.mach = 1", "not tests"),
+            ("A.mach = 1", "not supported in conditions"),
             ("A.speed < 1 m/s m", "different quantities"),
             ("1", "a test is missing"),
             ("A.mack < 1", "there is no variable `A.mack`"),

@@ -247,9 +247,11 @@ impl Simulation {
         let due = |(_, s): &(&GuardPlan, &GuardState)| s.is_due();
         let both = || plan.guards.iter().zip(&self.state.guards).filter(due);
         let names: Vec<&str> = both().map(|(g, _)| &*g.name).collect();
-        let message =
-            format!("{CASCADE_MAX} events at one instant, and still due: {}", names.join(", "));
-        let help = "each fires the other, or itself, without end: let a guard change its state so that it leaves zero";
+        let message = format!(
+            "there were {CASCADE_MAX} events at one instant, and more are due: {}",
+            names.join(", ")
+        );
+        let help = "they trigger each other, or themselves, without end: let each event change the state so that its guard leaves zero";
         let block = both().find_map(|(g, _)| match g.fires {
             Fires::Part { block, .. } => Some(block),
             _ => None,
@@ -468,7 +470,7 @@ impl Simulation {
             Fires::Part { block, .. } => block,
             _ => 0,
         };
-        let message = format!("guard `{}` is no number", guard.name);
+        let message = format!("guard `{}` is not a number", guard.name);
         Stopped { block, failure: Box::new(Failure { message, help: None }) }
     }
 }

@@ -95,10 +95,10 @@ impl Simulation {
             time: self.time(),
             path: last.map_or(String::new(), |g| g.name.clone()),
             message: format!(
-                "the run does not advance: {TINY_MAX} steps and events one after another were shorter than a billionth of a row, the last {length:.1e} s{guard}"
+                "the run does not advance: {TINY_MAX} consecutive steps and events were shorter than a billionth of the row interval, the last {length:.1e} s{guard}"
             ),
             help: Some(
-                "a jump in a feedback looks like this: give it two thresholds, or take a fixed step (`accuracy: \"fixed\"`)".into(),
+                "a typical cause is a discontinuity in a feedback loop: give it two thresholds (hysteresis), or use a fixed step (`accuracy: \"fixed\"`)".into(),
             ),
         }
     }
@@ -107,9 +107,9 @@ impl Simulation {
     fn tell_many(&mut self, h: f64) {
         let (time, row) = (self.time(), self.plan.step.seconds());
         let message = format!(
-            "{MANY} steps of the integrator since the last row or event, now of {h:.1e} s in a row of {row} s"
+            "the integrator has made {MANY} steps since the last row or event, now of {h:.1e} s, while rows are {row} s apart"
         );
-        let help = "loosen `accuracy`, use `rodas4p` for what is stiff, or give a jump in a feedback two thresholds";
+        let help = "loosen `accuracy`, use `rodas4p` for stiff parts, or give a discontinuity in a feedback loop two thresholds";
         self.notices.add("many steps", time, Fault::new(Origin::NONE, message).help(help));
     }
 
@@ -353,17 +353,17 @@ impl Simulation {
             Failure::Start { lane, .. } => error(
                 lane,
                 format!("`{}` or its rate became infinite or NaN", name(lane)),
-                "look at what drives it at this instant",
+                "check its inputs at this instant",
             ),
             Failure::NotFinite { lane, h, .. } => error(
                 lane,
                 format!("`{}` became infinite or NaN in a step of {h} s", name(lane)),
-                "take a shorter step, or look at what drives it",
+                "use a shorter step, or check its inputs",
             ),
             Failure::StepTooSmall { lane, h, error: e, .. } => error(
                 lane,
                 format!(
-                    "`{}` has {e:.3} times its tolerance in a step of {h:.3e} s, the least there is",
+                    "the error of `{}` is {e:.3} times its tolerance in a step of {h:.3e} s, the smallest step",
                     name(lane)
                 ),
                 "loosen its tolerance, or use the stiff method `rodas4p`",
@@ -371,9 +371,11 @@ impl Simulation {
             Failure::Rejections { lane, rejections, .. } => error(
                 lane,
                 format!("{rejections} steps in a row were rejected, the last for `{}`", name(lane)),
-                "loosen its tolerance; a model that jumps without a guard looks like this",
+                "loosen its tolerance; a typical cause is a model with a discontinuity but without a guard",
             ),
-            Failure::NoStep => error(0, "no step was taken".into(), "tell the authors"),
+            Failure::NoStep => {
+                error(0, "no step was taken".into(), "report this as a bug in Linkwork")
+            }
         }
     }
 }

@@ -110,7 +110,8 @@ impl Simulation {
             let t = self.time();
             let Some(beyond) = asked.object.out_of_range(t, place) else { continue };
             let part = &plan.parts[asked.part as usize];
-            let message = format!("`{}`: {}; `{}` asks", asked.service, beyond.message, part.path);
+            let message =
+                format!("`{}`: {}; requested by `{}`", asked.service, beyond.message, part.path);
             if beyond.stops {
                 let (path, help) = (asked.service.clone(), beyond.help);
                 return Err(RunError { time: t, path, message, help });

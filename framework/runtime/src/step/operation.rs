@@ -90,7 +90,7 @@ fn solve(
         return Ok(());
     }
     let message = format!(
-        "the loop of {} has no solution that Newton's method finds: after {steps} steps the ends of the \
+        "Newton's method finds no solution of the loop of {}: after {steps} steps the ends of the \
          wires differ by {miss:.3e} times the tolerance",
         l.wires.iter().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(", ")
     );

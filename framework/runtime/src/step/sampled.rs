@@ -590,9 +590,12 @@ fn tell(plan: &Plan, found: &[Finding]) -> Vec<Fault> {
             n => format!(" and {} like it", n - 1),
         };
         let state = match worst.unstable {
-            true => format!("unstable: a deviation grows by {:.3} in each", worst.radius),
+            true => format!(
+                "unstable: a deviation grows by a factor of {:.3} in each sample",
+                worst.radius
+            ),
             false => format!(
-                "nearly unstable: with {MARGIN} times its gain a deviation grows by {:.3} in each",
+                "nearly unstable: with {MARGIN} times its gain, a deviation grows by a factor of {:.3} in each sample",
                 worst.radius
             ),
         };
@@ -608,8 +611,8 @@ fn tell(plan: &Plan, found: &[Finding]) -> Vec<Fault> {
         });
         let by = digits(worst.share);
         let help = match gain {
-            Some(gain) => format!("{gain} or less ({by} of its gains), or sample more often"),
-            None => format!("take {by} of its gains, or sample more often"),
+            Some(gain) => format!("{gain} or less ({by} of its value), or sample more often"),
+            None => format!("multiply its gains by {by} or less, or sample more often"),
         };
         faults.push((worst.controller, Fault::new(part.origin, fact).help(help)));
     }

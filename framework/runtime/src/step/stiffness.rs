@@ -120,7 +120,7 @@ impl Simulation {
         };
         let origin = plan.parts.iter().find(has).map_or(Origin::NONE, |p| p.origin);
         let fact = format!(
-            "the step of {} s is too long: errors of `{path}` grow by {by:.3} in each",
+            "the step of {} s is too long: errors of `{path}` grow by a factor of {by:.3} in each step",
             short(h)
         );
         let help = format!(
