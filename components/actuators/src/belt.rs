@@ -2,12 +2,12 @@
 //! ```text
 //! s = v d/|d|      s: velocity of the surface of the body over the body, axes of the body;  v: commanded speed, d: direction
 //! ```
-//! Contact sees the surface move at each point at which a collider of the body touches something; its part along the surface acts.
-//! The speed holds whatever the load: for a motor with a limit, compute the speed from its torque and `contact_force` of the body.
+//! The contact model uses the velocity of the surface at each point at which a collider of the body touches something; only its tangential component
+//! acts. The speed does not depend on the load. For a motor with a limit, compute the speed from its torque and `contact_force` of the body.
 
 use linkwork_runtime::prelude::*;
 
-/// Where the surface moves to.
+/// Direction of motion of the surface.
 #[derive(Params, Clone, Debug)]
 pub struct BeltParams {
     /// Direction of the surface at a positive speed, axes of the body; its length does not matter.

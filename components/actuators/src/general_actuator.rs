@@ -14,7 +14,7 @@ use linkwork_runtime::prelude::*;
 /// Joints and law of force.
 #[derive(Params, Clone, Debug)]
 pub struct GeneralActuatorParams {
-    /// What each joint adds to the length for each unit of its coordinate; of a line its gear.
+    /// Change of the length per unit of each joint coordinate; for a line, its gear.
     #[param(default = vec![1.0])]
     pub factors: Vec<f64>,
     /// Sites of a line from the first to the last; 0: joints.

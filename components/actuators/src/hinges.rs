@@ -49,7 +49,7 @@ pub struct SpringDamperOut {
     /// Elastic energy of the spring.
     #[port("J", stored)]
     pub energy: f64,
-    /// Power that the damper turns into heat.
+    /// Power that the damper dissipates.
     #[port("W", lost)]
     pub loss: f64,
 }

@@ -12,7 +12,7 @@ use linkwork_runtime::prelude::*;
 /// Joints, spring and limits.
 #[derive(Params, Clone, Debug)]
 pub struct TendonParams {
-    /// What each joint adds to the length for each unit of its coordinate; of a line one factor, 1 by default.
+    /// Change of the length per unit of each joint coordinate; for a line, one factor, 1 by default.
     #[param(default = vec![1.0])]
     pub factors: Vec<f64>,
     /// Sites of a line from the first to the last; 0: joints.

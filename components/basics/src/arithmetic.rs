@@ -283,7 +283,7 @@ pub struct Comparator {
 }
 
 impl Comparator {
-    /// How far a exceeds b and the threshold.
+    /// Returns a minus b minus the threshold.
     fn over(&self, u: &Pair) -> f64 {
         u.a - u.b - self.p.threshold
     }

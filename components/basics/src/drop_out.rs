@@ -7,7 +7,7 @@
 
 use linkwork_runtime::prelude::*;
 
-/// How often and how long.
+/// Frequency and length of the losses.
 #[derive(Params, Clone, Debug)]
 pub struct DropOutParams {
     /// Share p of the samples that are lost.

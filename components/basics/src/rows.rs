@@ -3,7 +3,7 @@
 //! [["0 s", "0 deg"], ["2 s", "30 deg"]]                rows
 //! (file: "steering.csv", column: "left front")         time in the first column
 //! ```
-//! Such a file is read as [`linkwork_runtime::columns`] says.
+//! [`linkwork_runtime::columns`] describes how such a file is read.
 
 use linkwork_runtime::columns::Columns;
 use linkwork_runtime::prelude::*;
@@ -46,7 +46,7 @@ impl Rows {
         Ok(())
     }
 
-    /// That the values are in this unit (`rad`, `m/s`, ..).
+    /// Returns an error if the values are not compatible with this unit (`rad`, `m/s`, ..).
     ///
     /// # Errors
     /// When another was written.

@@ -1,4 +1,4 @@
-//! Craters of a surface of some age: as many as the Moon's size-frequency law says, each degraded since it was made.
+//! Craters of a surface of a given age: their number follows from the size-frequency law of the Moon, and each has degraded since its formation.
 //! ```text
 //! production   N(> D) = N₁(T) 10^(Σ_k a_k (log₁₀ D)^k), k = 1 … 11      craters on a km², D in km
 //!              from 10 m on (Neukum, Ivanov, Hartmann 2001); narrower ones with the slope that it has at 10 m
@@ -95,7 +95,7 @@ impl Degraded {
         self.taus[self.taus.len() - 1]
     }
 
-    /// The two profiles between which τ is, and how far it is from the first.
+    /// Returns the index of the profile below τ, and the fraction of the interval to the next one.
     fn between(&self, tau: f64) -> (usize, f64) {
         let k = self.taus.partition_point(|t| *t <= tau).clamp(1, self.taus.len() - 1) - 1;
         let (a, b) = (self.taus[k], self.taus[k + 1]);
@@ -114,7 +114,7 @@ impl Degraded {
         along(&self.profiles[k]) * (1.0 - f) + along(&self.profiles[k + 1]) * f
     }
 
-    /// How far it is seen, in radii.
+    /// Returns the radius up to which the crater changes the ground, in crater radii.
     pub fn reach(&self, tau: f64) -> f64 {
         let (k, _) = self.between(tau);
         self.reaches[k].max(self.reaches[k + 1])
@@ -189,7 +189,7 @@ impl Surface {
         self.diffusivity * d * 1e-3 * age * 1e3 / (0.25 * d * d)
     }
 
-    /// How many craters it has, on the average.
+    /// Returns the mean number of craters.
     pub fn wanted(&self, degraded: &Degraded) -> f64 {
         self.ladder(degraded.last())[0].1
     }

@@ -37,11 +37,11 @@ pub struct GeneratedParams {
     /// Smallest and largest crater diameter, m.
     #[param(default = [1.0, 10.0])]
     pub crater_diameters: [f64; 2],
-    /// Age of the surface in Gyr: it has the craters of the Moon's size-frequency law for that age, each degraded since it was made, beside
-    /// those of `craters`; 0: none.
+    /// Age of the surface in Gyr: it has the craters of the Moon's size-frequency law for that age, each degraded since its formation, in addition to
+    /// `craters`; 0: none.
     #[param(default = 0.0, range = 0.0..=4.5)]
     pub crater_age_gyr: f64,
-    /// How fast craters of that law degrade: diffusivity of the ground for craters of 1 km, m²/Myr; it grows as the diameter.
+    /// Degradation rate of these craters: diffusivity of the ground for craters of 1 km, m²/Myr; it is proportional to the diameter.
     #[param(default = 5.5, range = 1e-3..=1e3)]
     pub crater_diffusivity_m2_myr: f64,
     /// Dunes across the whole map.

@@ -32,7 +32,7 @@ impl SunView {
         SunView { sun: *sun, distance, irradiance, visible, penumbra, umbra, before: None }
     }
 
-    /// A round body at `r` from the point (m, W) stands before it, or not.
+    /// Adds a spherical body at `r` from the point (m, W), which may cover the disc.
     pub fn behind(&mut self, r: &Vec3, radius: f64) {
         let sun = (RADIUS_SUN / self.distance).min(1.0).asin();
         let body = (radius / r.norm()).min(1.0).asin();

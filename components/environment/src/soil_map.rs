@@ -35,7 +35,7 @@ pub struct SoilRaster {
     pub soils: Vec<SoilNumber>,
 }
 
-/// Where nothing says so, the soil that is everywhere.
+/// Index of the soil of the remaining ground.
 const EVERYWHERE: u16 = 0;
 
 /// Cells of a raster, each of one soil.
@@ -100,7 +100,7 @@ impl SoilMap {
         !self.soils[0].n.is_nan()
     }
 
-    /// Of a terrain with these bounds (m): `everywhere`, on it a raster, on that polygons, each over those before it.
+    /// Creates the map of a terrain with these bounds (m): `everywhere`, on it a raster, on that polygons, each over those before it.
     ///
     /// # Errors
     /// A soil that is none, a polygon without an inside, a raster that cannot be read or whose numbers have no soil; at the parameters `soil`,

@@ -24,7 +24,8 @@ pub struct HeightFieldParams {
     /// GeoTIFF (.tif, .tiff), ESRI ASCII grid (.asc), points on a grid (.xyz), grey PNG or BMP (.png, .bmp), PDS3 (.lbl, .img),
     /// PDS4 (.xml).
     pub file: String,
-    /// Distance of nodes along x and y, m, instead of what the file says; needed for PNG and BMP, and for maps in degrees that do not say their ellipsoid.
+    /// Distance of nodes along x and y, m, instead of the value in the file; required for PNG and BMP, and for maps in degrees whose file does not
+    /// define an ellipsoid.
     #[param(default = None)]
     pub spacing: Option<[f64; 2]>,
     /// Heights of black and white of a PNG or BMP, m.
@@ -92,7 +93,7 @@ impl Terrain for GridTerrain {
     }
 }
 
-/// That a map whose heights are given above `datum` (m) is levelled: z would have too few digits at its heights.
+/// Returns an error if a map whose heights are far from `datum` (m) is not levelled, because z would not have enough digits.
 ///
 /// # Errors
 /// It is not.

@@ -33,7 +33,7 @@ impl Third {
         }
     }
 
-    /// As the ephemerides name it, and its μ, m³/s².
+    /// Returns the body of the ephemerides, and its μ, m³/s².
     pub(crate) fn body(self) -> (Body, f64) {
         match self {
             Third::Sun => (Body::Sun, MU_SUN),

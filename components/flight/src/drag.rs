@@ -40,7 +40,7 @@ pub struct DragIn {
     pub gust: Vec3,
 }
 
-/// Force and what goes with it.
+/// Force and related quantities.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct DragOut {
     /// Drag.

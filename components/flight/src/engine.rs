@@ -48,8 +48,8 @@ pub struct EngineParams {
     /// Way of the propellant from its surface to the nozzle, nozzle axes; zero: no jet damping.
     #[param(unit = "m", default = Vec3::zeros())]
     pub flow_path: Vec3,
-    /// Throttle from which it burns. It goes out at 0.98 of it, and burns at this throttle until then: a controller that asks for
-    /// less than that does not switch it without end.
+    /// Throttle from which it burns. The engine burns at this throttle for commands down to 0.98 of it, and goes out below, so a controller whose
+    /// command varies about this value does not switch it on and off repeatedly.
     #[param(unit = "1", default = 0.0, range = 0.0..=1.0)]
     pub throttle_min: f64,
     /// Greatest angle δ_max of the gimbal about each of its axes.
@@ -66,7 +66,7 @@ pub struct EngineIn {
     /// Throttle: 0 off, 1 full; values outside are clamped.
     #[port("1")]
     pub throttle: f64,
-    /// Where the propellant comes from.
+    /// Connection to the source of the propellant.
     #[port(connector)]
     pub propellant: Propellant,
     /// Ambient pressure.
@@ -97,7 +97,7 @@ pub struct EngineOut {
 /// Whether it burns.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Burning {
-    /// The throttle is at its least or above, or has not gone out since.
+    /// The engine burns: the throttle has reached its minimum, and the engine has not gone out since.
     #[port]
     pub burns: bool,
 }
@@ -108,12 +108,12 @@ pub struct LeastThrottle {
     /// Throttle over that from which it burns.
     #[port("1", rising)]
     pub lights: f64,
-    /// How far the throttle is below that at which it goes out.
+    /// Throttle at which the engine goes out, minus the present throttle.
     #[port("1", rising)]
     pub goes_out: f64,
 }
 
-/// Share of the least throttle at which it goes out.
+/// Fraction of the minimum throttle at which the engine goes out.
 const OUT: f64 = 0.98;
 
 /// An angle within ± `most`; NaN stays.

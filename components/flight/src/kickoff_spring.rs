@@ -4,7 +4,7 @@
 //! on a: −F d/|d|      on b: F d/|d|
 //! ```
 //! Unlike `flight.separation_spring` its axis is not fixed in a body: it is a rod between two sockets. Both
-//! forces lie on one line, so momentum and angular momentum stay. That it lets go is an event.
+//! forces lie on one line, so momentum and angular momentum stay. The release is an event.
 
 use linkwork_runtime::prelude::*;
 

@@ -2,7 +2,7 @@
 //! ```text
 //! value_k from t_k to t_k+1; the first row holds before its time as well
 //! ```
-//! Every row is an event, so that no step of an integrator goes over a jump.
+//! Every row is an event, so that no step of an integrator crosses a jump.
 
 use linkwork_runtime::prelude::*;
 
@@ -73,7 +73,7 @@ pub struct SequenceParams {
 /// A number.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Value {
-    /// The value of the row, in SI of whatever it is wired to.
+    /// Value of the row, in the SI unit of the input that it is wired to.
     #[port("*")]
     pub y: f64,
 }

@@ -3,7 +3,7 @@
 //! ṁ = −Σ ṁ_out      h = m/(ρ π r²)        from the node: com (0, 0, h/2)
 //! I about the com: x, y: m (3 r² + h²)/12, z: m r²/2
 //! ```
-//! The propellant stands settled on the bottom of an upright cylinder: node z points from the bottom to
+//! The propellant is settled on the bottom of an upright cylinder: node z points from the bottom to
 //! the surface. The body's own mass in the file is the dry mass. Running dry is an event. A dry tank can be filled: it gives
 //! nothing until its bottom is covered by 0.1 mm of propellant, so that supply does not switch without end.
 //!
@@ -22,7 +22,7 @@ use linkwork_runtime::prelude::*;
 pub enum SloshMode {
     /// It does.
     Settled,
-    /// The mass of the first mode is left to a `flight.slosh`.
+    /// A `flight.slosh` represents the mass of the first mode.
     Apart,
 }
 
@@ -38,7 +38,7 @@ pub struct TankParams {
     /// Density of the propellant.
     #[param(unit = "kg/m^3", default = 1000.0, range = 1e-3..)]
     pub density: f64,
-    /// Whether the mass of the first slosh mode is left to a `flight.slosh`: settled, apart.
+    /// Mass of the first slosh mode: settled (in the tank), apart (in a `flight.slosh`).
     #[param(default = SloshMode::Settled)]
     pub slosh: SloshMode,
 }
@@ -69,7 +69,7 @@ pub struct TankOut {
     /// Volume of the propellant.
     #[port("m^3")]
     pub volume: f64,
-    /// Mass that is left to `flight.slosh`.
+    /// Mass of the first slosh mode, for `flight.slosh`.
     #[port("kg")]
     pub swinging: f64,
     /// Height of the mass of the first slosh mode over the bottom.

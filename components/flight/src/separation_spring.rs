@@ -5,9 +5,9 @@
 //! on b: F n at b          on a: −F n at b as well
 //! ```
 //! Both forces act along one line, so momentum and angular momentum of the pair stay as they were. The
-//! energy ½ k stroke² goes into the two bodies when the spring starts fully compressed and c = 0. The
-//! instant at which it lets go is an event, so that no step runs over the corner in the force. A start with s < 0 is an error, because the spring
-//! would be compressed beyond its stroke and store more energy than ½ k stroke².
+//! energy ½ k stroke² goes into the two bodies when the spring starts fully compressed and c = 0. The instant of the release is an event, so that no
+//! step runs over the corner in the force. A start with s < 0 is an error, because the spring would be compressed beyond its stroke and store more
+//! energy than ½ k stroke².
 
 use linkwork_runtime::prelude::*;
 
@@ -39,7 +39,7 @@ pub struct SpringIn {
     pub b: NodeState,
 }
 
-/// Forces, and how far it has come.
+/// Forces, and the extension.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct SpringOut {
     /// On a.
@@ -59,7 +59,7 @@ pub struct SpringOut {
     pub speed: f64,
 }
 
-/// Where the force has a corner.
+/// Guard at the corner of the force.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct SpringEnd {
     /// Way that is left.

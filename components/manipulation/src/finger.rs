@@ -16,7 +16,7 @@ pub struct FingerParams {
     /// From the pin to where it presses.
     #[param(unit = "m", range = 0.0..)]
     pub lever: f64,
-    /// Time in which the force comes and goes.
+    /// Time constant with which the force builds up and decays.
     #[param(unit = "s", default = 0.1, range = 1e-6..)]
     pub time_constant: f64,
 }

@@ -62,7 +62,7 @@ impl Place {
 }
 
 /// Returns the observed offset of the work from its assumed position (m): white noise with the given standard deviation on each axis, from the
-/// clock's generator. It stands for a camera that observes the work when a move begins.
+/// clock's generator. It represents a camera that measures the pose of the workpiece when a move begins.
 #[must_use]
 pub fn look(c: &Clock, sigma: f64) -> Vec3 {
     match sigma > 0.0 {

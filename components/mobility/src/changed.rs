@@ -3,10 +3,10 @@ use crate::tiles::Tiles;
 use linkwork_runtime::prelude::*;
 use std::any::Any;
 
-/// By how much the ground under a cell, of which x and y of the middle (m, W) are given, is higher than the terrain says (m).
+/// Function that returns the height of the ground in a cell above the terrain service (m), from the cell and the position x, y of its middle (m, W).
 pub(crate) type Change<C> = dyn Fn(&C, [f64; 2]) -> f32 + Send + Sync;
 
-/// Ground that was pressed, as it was at one instant. It shares the tiles that have not changed since.
+/// Snapshot of pressed ground at one instant. It shares the tiles that have not changed since.
 pub(crate) struct Changed<C, const EDGE: usize> {
     /// The cells.
     pub tiles: Tiles<C, EDGE>,

@@ -9,7 +9,7 @@
 //! that it leaves. Nothing is kept here: `ruts` keeps the states of a ground. The kink of the pressure at z_u
 //! costs the eight-node integrals about 1 % of the load.
 
-/// How stiff pressed soil is: `k_u = k₀ + A_u z_u`.
+/// Stiffness of pressed soil: `k_u = k₀ + A_u z_u`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unloading {
     /// `k₀`, N/m³.
@@ -30,7 +30,7 @@ pub struct Rut {
 }
 
 impl Rut {
-    /// Depth of the rut that is left without load, m.
+    /// Depth of the rut after unloading, m.
     pub fn depth(&self) -> f64 {
         if self.stiffness > 0.0 {
             (self.sinkage - self.pressure / self.stiffness).max(0.0)

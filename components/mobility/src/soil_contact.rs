@@ -11,19 +11,17 @@
 //! ```
 //! In steady rolling ξ gives back the textbook slip exactly, so the forces are those of the
 //! stress integrals. At rest ξ is a displacement: below Mohr-Coulomb's limit the soil holds a parked wheel exactly; T damps
-//! it. Sheared back it unloads ρ times as stiffly as it was loaded, so of the work of shearing it gives back 1/ρ₀ at most:
-//! over any closed path at rest Σ F·dx is a loss. The footprint of a wheel set down is symmetric
-//! (m = 0) and takes the rolling shape over half its length; no force depends on the sign of a small
-//! speed, which would shake a parked wheel. The rolling resistance turns round within δ, over which the soil is elastic: it returns about 1/ρ₀ of the work that
-//! it takes over the length L, and holds a free wheel on a slope. Otherwise a wheel without a drive would swing in its footprint instead of coming to
-//! rest. `z` is the penetration into the undeformed
-//! surface along its normal, `z_u` the deepest press under the wheel: unloading is stiff
-//! (Wong's k_u), and forgotten as the wheel rolls on to new ground.
+//! it. When the shear reverses, the soil unloads ρ times as stiffly as it was loaded, so it returns at most 1/ρ₀ of the work of shearing: over any
+//! closed path at rest, Σ F·dx is a loss. The footprint of a wheel set down is symmetric (m = 0) and takes the rolling shape over half its length; no
+//! force depends on the sign of a small speed, which would shake a parked wheel. The rolling resistance turns round within δ, over which the soil is
+//! elastic: it returns about 1/ρ₀ of the work that it takes over the length L, and holds a free wheel on a slope. Otherwise a wheel without a drive
+//! would swing in its footprint instead of coming to rest. `z` is the penetration into the undeformed surface along its normal, `z_u` the deepest
+//! press under the wheel: unloading is stiff (Wong's k_u), and forgotten as the wheel rolls on to new ground.
 //!
 //! Ground with a past (`ruts`) is read where the wheel comes to it: a cell beyond the ends of the arc, ahead with the weight
 //! (1 + m)/2 and behind with (1 − m)/2, at the middles of the discs. The sinkage of the wheel is measured from the mean of these states over its
-//! whole width: z counts from the bottom of the rut, z_u and the print from the first surface. The soil that the wheel presses itself lies under the
-//! arc, so that a wheel does not climb out of its own print.
+//! whole width: z counts from the bottom of the rut, z_u and the print from the first surface. The soil that the wheel itself presses is under the
+//! arc, so a wheel does not climb out of its own footprint.
 
 use crate::grousers::Grousers;
 use crate::multipass::Rut;
@@ -45,8 +43,8 @@ pub struct SoilContact {
     pub gravity: f64,
     /// Damping time of the shear deflection `T`, s.
     pub shear_damping: f64,
-    /// How much stiffer the soil is sheared back than forth, and how much shorter the path is on which rolling resistance turns round than half the
-    /// footprint, ρ₀ ≥ 1.
+    /// Ratio ρ₀ ≥ 1 of the shear stiffness during unloading to the stiffness during loading; the rolling resistance reverses on a path that is
+    /// shorter than half the footprint by this factor.
     pub shear_unloading: f64,
     /// Normal damping `d`, s/m.
     pub normal_damping: f64,
@@ -111,9 +109,9 @@ const TURNS: f64 = 1.25;
 /// Least contact half length as a fraction of the radius.
 const LENGTH_MIN: f64 = 0.05;
 
-/// Where the wheel stands in the soil and how it moves there.
+/// Position and motion of the wheel in the soil.
 struct Footprint {
-    /// Below the ground as the wheel meets it, m.
+    /// Sinkage below the ground in front of the wheel, m.
     z: f64,
     /// Below the first surface, m.
     first: f64,

@@ -35,7 +35,7 @@ pub struct Rim {
     pub width: f64,
 }
 
-/// How the shear stress is shared between the two directions.
+/// Distribution of the shear stress between the two directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shear {
     /// One Mohr-Coulomb limit for the vector of shear stress, along the slip velocity.
@@ -63,7 +63,7 @@ pub enum Sinkage {
     },
 }
 
-/// What the wheel does: everything the stresses depend on besides the sinkage.
+/// Motion of the wheel: all quantities except the sinkage on which the stresses depend.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
     /// Longitudinal slip `1 − v_x/(r ω)` (negative when skidding), dimensionless.

@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// What was written of a plane of cells, in tiles of `EDGE` by `EDGE`.
+/// The written cells of a plane, in tiles of `EDGE` by `EDGE`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tiles<C, const EDGE: usize> {
     tiles: BTreeMap<[i32; 2], Arc<Vec<C>>>,

@@ -1,4 +1,4 @@
-//! `mobility.wheel_rolling`: what a wheel carries that rolls without slip, for machines that move by kinematics.
+//! `mobility.wheel_rolling`: load of a wheel that rolls without slip, for machines that move by kinematics.
 //! ```text
 //! N = F · n                     normal force;   F: the load of the wheel at rest, n: the ground's normal where it acts
 //! τ = r (c_rr N sign ω + F · t)   torque of the drive: rolling resistance, and the part of F along the heading t, which drives

@@ -37,7 +37,7 @@ pub struct WheelScmParams {
     pub gravity: Handle<dyn Gravity>,
 }
 
-/// What the ground does, and the print.
+/// Loads from the ground, and the footprint.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ScmOut {
     /// Load of the ground on the body.
@@ -139,7 +139,7 @@ fn soft_slip(hub: &Hub, radius: f64, n: &Vec3) -> f64 {
     (u - v) / u.abs().max(v.abs()).hypot(CREEPING)
 }
 
-/// What there is to say of a body without ground that gives way.
+/// Returns an error if there is no deformable ground for the body.
 pub(crate) fn without_ground(ground: &View<Touched>) -> Vec<BuildError> {
     if ground.get().is_some() {
         return Vec::new();

@@ -11,9 +11,9 @@
 //! stores ½ R T i_f², as an inductance of R T does: with that, V_cells i* + Q + d/dt(stored) = 0 with V_oc in the first of
 //! what is stored.
 //!
-//! Where q falls through `charge_min` the battery is *empty*: it opens its contactor to the loads, and its voltage there is 0.
-//! Sources that are connected to `charger` still charge it. Where q has risen by `restart` it closes again.
-//! Where q reaches 1 it is *full* and takes no more until q has fallen by `recharge`. All four are events.
+//! When q falls below `charge_min`, the battery is *empty*: it opens its contactor to the loads, and its voltage there is 0.
+//! Sources that are connected to `charger` still charge it. When q has risen by `restart`, it closes the contactor again.
+//! When q reaches 1, it is *full* and is not charged until q has fallen by `recharge`. All four are events.
 
 use linkwork_runtime::prelude::*;
 
@@ -41,10 +41,10 @@ pub struct BatteryParams {
     /// State of charge at which it is empty and opens its contactor to the loads.
     #[param(default = 0.0, range = 0.0..=1.0)]
     pub charge_min: f64,
-    /// How far the state of charge must rise above `charge_min` before it closes again.
+    /// Rise of the state of charge above `charge_min` at which the contactor closes again.
     #[param(default = 0.05, range = 1e-6..=1.0)]
     pub restart: f64,
-    /// How far the state of charge of a full battery must fall before it charges again.
+    /// Fall of the state of charge of a full battery at which charging starts again.
     #[param(default = 0.005, range = 1e-6..=1.0)]
     pub recharge: f64,
 }
@@ -55,7 +55,7 @@ pub struct BatteryIn {
     /// Where loads are connected.
     #[port(connector)]
     pub terminal: Currents,
-    /// Where sources are connected, which take a negative current.
+    /// Connection for sources; their current is negative.
     #[port(connector)]
     pub charger: Currents,
 }
@@ -63,10 +63,10 @@ pub struct BatteryIn {
 /// Terminal.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BatteryOut {
-    /// Where loads are connected: 0 V while it is empty.
+    /// Connection for loads: 0 V while the battery is empty.
     #[port(connector)]
     pub terminal: Voltage,
-    /// Where sources are connected: the voltage of the cells.
+    /// Connection for sources: the voltage of the cells.
     #[port(connector)]
     pub charger: Voltage,
     /// State of charge, 0 to 1.
@@ -190,7 +190,7 @@ impl Battery {
             + 0.5 * p.resistance * p.lag * x.current * x.current
     }
 
-    /// Net current that loads and sources ask for, and what of it passes.
+    /// Returns the net current that loads and sources request, and the part of it that flows.
     fn currents(&self, d: &Contactors, u: &BatteryIn) -> [f64; 2] {
         // An empty battery has opened the contactor to its loads.
         let loads = if d.empty { 0.0 } else { u.terminal.current };

@@ -18,7 +18,7 @@ pub struct ConverterParams {
     /// Voltage of its input at which it switches off.
     #[param(unit = "V", default = 1.0, range = 1e-3..)]
     pub volts_min: f64,
-    /// How far the voltage must rise above `volts_min` before it switches on again.
+    /// Rise of the voltage above `volts_min` at which the converter switches on again.
     #[param(unit = "V", default = 1.0, range = 1e-3..)]
     pub margin: f64,
 }
@@ -29,7 +29,7 @@ pub struct ConverterIn {
     /// The bus that feeds it.
     #[port(connector)]
     pub input: Voltage,
-    /// Where its loads are connected.
+    /// Connection for loads.
     #[port(connector)]
     pub output: Currents,
 }
@@ -37,7 +37,7 @@ pub struct ConverterIn {
 /// Regulated voltage.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ConverterOut {
-    /// Where its loads are connected: 0 V while it is off.
+    /// Connection for loads: 0 V while the converter is off.
     #[port(connector)]
     pub output: Voltage,
     /// It is on.

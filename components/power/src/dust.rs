@@ -8,7 +8,7 @@
 
 use linkwork_runtime::prelude::*;
 
-/// How dust comes and goes.
+/// Deposition and removal of dust.
 #[derive(Params, Clone, Debug)]
 pub struct DustParams {
     /// Share of the light that passes at the start.

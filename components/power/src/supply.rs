@@ -56,7 +56,7 @@ pub struct IdealSupply {
     p: IdealSupplyParams,
 }
 
-/// Ideal supply: a constant voltage, whatever current is drawn; counts the energy that it gives.
+/// Ideal supply: a constant voltage, independent of the current; integrates the supplied energy.
 #[model("power.ideal_supply")]
 impl Model for IdealSupply {
     type Params = IdealSupplyParams;
@@ -95,7 +95,7 @@ pub struct ProgrammableOut {
 /// A commanded voltage.
 pub struct ProgrammableSupply;
 
-/// Programmable supply: a commanded voltage, whatever current is drawn, as of a laboratory.
+/// Programmable supply: a commanded voltage, independent of the current, like a laboratory supply.
 #[model("power.programmable_supply")]
 impl Model for ProgrammableSupply {
     // The voltage does not follow from the currents: they are inputs without feedthrough.
@@ -120,7 +120,7 @@ pub struct SourceIn {
     /// Power to feed in.
     #[port("W", default = 0.0)]
     pub power: f64,
-    /// Where it feeds in: a battery's `charger`, or a terminal.
+    /// Connection to the `charger` of a battery, or to a terminal.
     #[port(connector)]
     pub output: Voltage,
 }

@@ -19,7 +19,7 @@ pub struct ThermalNodeParams {
     /// Temperature at the start.
     #[param(unit = "K", range = 1.0..)]
     pub temperature: f64,
-    /// Outer surface, which radiates, sees the light and meets the air; 0: heat goes through links only.
+    /// Area of the outer surface, which radiates, absorbs light and exchanges heat with the air; 0: heat flows through links only.
     #[param(unit = "m^2", default = 0.0, range = 0.0..)]
     pub area: f64,
     /// Emissivity of the surface in the infrared.
@@ -36,7 +36,7 @@ pub struct ThermalNodeParams {
 /// Heat.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThermalNodeIn {
-    /// Where links, heaters and the cases of motors and loads are connected.
+    /// Connection for links, heaters, and the cases of motors and loads.
     #[port(connector)]
     pub port: HeatFlows,
 }

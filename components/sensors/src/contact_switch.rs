@@ -2,7 +2,7 @@
 //! ```text
 //! closes when |F| ≥ close, opens when |F| ≤ open, once that has lasted `delay`      F: sum of the contact forces on the body
 //! ```
-//! Between the two forces it stays as it is, so that a load that trembles makes one contact.
+//! Between the two forces its state does not change, so that a vibrating load causes only one contact.
 
 use linkwork_runtime::prelude::*;
 
@@ -15,7 +15,7 @@ pub struct ContactSwitchParams {
     /// Force at which the switch opens again. Default: half of `close`.
     #[param(default = None)]
     pub open: Option<f64>,
-    /// How long a force must last before the switch follows it.
+    /// Time for which a force must persist before the switch changes.
     #[param(unit = "s", default = 0.0, range = 0.0..)]
     pub delay: f64,
 }
@@ -37,7 +37,7 @@ pub struct ContactSwitchOut {
     /// It has been closed at any time before.
     #[port]
     pub touched: bool,
-    /// How often it has closed.
+    /// Number of times that the switch has closed.
     #[port("1")]
     pub count: f64,
 }
@@ -51,7 +51,7 @@ pub struct ContactSwitchState {
     /// How often it has closed.
     #[port("1")]
     pub count: f64,
-    /// How long the force has been beyond the limit that changes it.
+    /// Time since the force crossed the limit that changes the switch.
     #[port("s")]
     pub since: f64,
     /// The force was beyond that limit at the last sample.

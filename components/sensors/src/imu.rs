@@ -255,7 +255,7 @@ impl Triads {
         }
     }
 
-    /// What both triads feel without white noise, rad/s and m/s².
+    /// Returns the outputs of both triads without white noise, rad/s and m/s².
     pub(crate) fn felt(&self, t: f64, d: &ImuState, u: &ImuIn) -> (Vec3, Vec3) {
         let (rate, force) = self.truth(t, u);
         let bias = |e: &Errors, walk: Vec3, triad: usize| {
@@ -467,7 +467,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// Reference: σ² = (2 ln 2/π) B², whatever the cluster.
+    /// Reference: σ² = (2 ln 2/π) B² for every cluster time.
     #[test]
     fn instability_has_a_flat_allan_deviation() {
         let b = 3e-5;

@@ -1,4 +1,4 @@
-//! `sensors.mass_properties`: mass, centre of mass and inertia of a whole vehicle as they are: for software that knows them, for figures and logs.
+//! `sensors.mass_properties`: exact mass, centre of mass and inertia of a whole vehicle, for software that has them, for metrics and for logs.
 //! ```text
 //! vehicle    all bodies that hang on the same body of the world as the node's body, with the mass that tanks and other parts add
 //! ```

@@ -25,7 +25,7 @@ pub struct StarTrackerParams {
 /// The mount.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct StarTrackerIn {
-    /// Node with the axes of the body whose attitude is wanted; z is the boresight.
+    /// Node whose attitude is measured; its z axis is the boresight.
     #[port(bind = "mount")]
     pub mount: NodeState,
 }
@@ -36,7 +36,7 @@ pub struct StarTrackerOut {
     /// Attitude against the stars, node to I; without a fix the identity.
     #[port]
     pub attitude: Quat,
-    /// Attitude from node axes to W, for software that knows its site and the time; equal to the other attitude where W is inertial.
+    /// Attitude from node axes to W, for software that knows its site and the time; equal to the other attitude if W is inertial.
     #[port]
     pub in_world: Quat,
     /// The attitude is a measurement.

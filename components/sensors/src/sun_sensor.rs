@@ -60,7 +60,7 @@ const STEP_FIRST: f64 = 0.1;
 /// Growth of the steps.
 const STEP_GROWTH: f64 = 1.1;
 
-/// True when the ground stands on the ray from `from` along the unit vector `along` within `range` (m).
+/// Returns true if the ground blocks the ray from `from` along the unit vector `along` within `range` (m).
 pub fn shaded(terrain: &dyn Terrain, from: Vec3, along: Vec3, range: f64) -> bool {
     let (mut s, mut step) = (0.0, STEP_FIRST);
     while s < range {

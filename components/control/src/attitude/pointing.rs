@@ -27,7 +27,7 @@ pub struct PointingParams {
     pub torque_max: f64,
 }
 
-/// Where it points and should.
+/// Present and commanded attitude.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct PointingIn {
     /// Attitude, body to the axes in which `rate` is counted: inertial ones, if it is of a gyro.
@@ -36,10 +36,10 @@ pub struct PointingIn {
     /// Rate, body axes.
     #[port("rad/s")]
     pub rate: Vec3,
-    /// Attitude that is wanted, body to the same axes.
+    /// Commanded attitude, body to the same axes.
     #[port]
     pub target: Quat,
-    /// Rate that is wanted, body axes.
+    /// Commanded rate, body axes.
     #[port("rad/s", default = Vec3::zeros())]
     pub target_rate: Vec3,
 }
@@ -47,10 +47,10 @@ pub struct PointingIn {
 /// What to do.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct PointingOut {
-    /// Torque that is wanted, body axes.
+    /// Commanded torque, body axes.
     #[port("N m")]
     pub torque: Vec3,
-    /// Angle to the attitude that is wanted.
+    /// Angle between the present and the commanded attitude.
     #[port("rad")]
     pub error: f64,
 }

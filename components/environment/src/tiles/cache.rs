@@ -86,7 +86,7 @@ impl Cache {
         Ok(at)
     }
 
-    /// How many tiles are in memory.
+    /// Returns the number of tiles in memory.
     pub fn len(&self) -> usize {
         self.slots.iter().filter(|s| s.tile != usize::MAX).count()
     }

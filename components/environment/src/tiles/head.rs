@@ -41,7 +41,7 @@ pub(super) struct Head {
     pub index: Vec<Piece>,
 }
 
-/// Nodes of a block: from the first column and row, so many.
+/// Nodes of a block: first column and row, and number of columns and rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Nodes {
     pub i: usize,

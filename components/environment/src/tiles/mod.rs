@@ -8,7 +8,7 @@
 //! A tile has the nodes of its cells and one row more around them, two in the north and east, so that the cubic
 //! surface over each of its cells needs no other tile. All numbers are little-endian; of the heights of a block the
 //! first bytes come first, then the second ones and so on, which packs better. Head and index end within the first
-//! [`INDEX_END`] bytes, which are part of the plan's hash as a whole: through their checksums it knows every tile.
+//! [`INDEX_END`] bytes, which the hash of the plan covers completely; through their checksums it depends on every tile.
 //!
 //! ```
 //! use linkwork_environment::height_field::HeightField;
@@ -38,7 +38,7 @@ pub use write::{HeightRows, write_tiles};
 /// Bytes within which head and index of a file end.
 pub const INDEX_END: u64 = 4 << 20;
 
-/// Cells of a tile's edge, unless another number is wanted: a tile is then 268 kB in memory.
+/// Default number of cells along the edge of a tile; such a tile takes 268 kB of memory.
 pub const TILE: usize = 256;
 
 /// Most nodes along an edge of the overview.
@@ -66,7 +66,7 @@ pub enum TileError {
     Size {
         /// What is wrong.
         fact: String,
-        /// What to do about it.
+        /// Remedy.
         help: String,
     },
     /// The heights that were to be written cannot be read.

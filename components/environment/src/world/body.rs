@@ -29,7 +29,7 @@ impl Centre {
         }
     }
 
-    /// As the ephemerides name it; none of another body.
+    /// Returns the body of the ephemerides; `None` for another body.
     pub fn body(self) -> Option<Body> {
         match self {
             Centre::Earth => Some(Body::Earth),

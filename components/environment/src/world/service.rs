@@ -21,11 +21,11 @@ pub struct Inner {
     pub planet: Planet,
     /// Gravity parameter, m³/s².
     mu: Option<f64>,
-    /// Where the others are, with an epoch.
+    /// Positions of the other bodies, if there is an epoch.
     heavens: Option<Heavens>,
-    /// Where the files that starts name are looked for.
+    /// Search folders for files that initial states name.
     pub(super) files: Files,
-    /// Those that cast shadows, with their radii (m): made where a Sun asks for them.
+    /// Bodies that cast shadows, with their radii (m); computed at the first query of a Sun.
     shadows: OnceLock<Vec<(Course, f64)>>,
 }
 

@@ -11,7 +11,7 @@
 //! S, c̄, b  referenceWingArea, referenceWingChord, referenceWingSpan of the file
 //! ```
 //! The file's units are converted to SI. Its static shots are evaluated when it is loaded, and a file that fails its own shots is rejected. `set`
-//! replaces constants. Where a table ends it clamps, or the run stops.
+//! replaces constants. Beyond the end of a table, its last value is used, or the run stops.
 
 use super::air_data::{AirData, Outside, check_air_rate};
 use super::axisymmetric::{Edge, TableExit, leaves, remark};
@@ -112,13 +112,13 @@ pub struct DaveParams {
     /// Inputs of the file (`varID`), in the order of the port `controls`; at most twelve.
     #[param(default = Vec::new())]
     pub controls: Vec<String>,
-    /// How the air turns with its planet, W, for the body rates: the rate of the `world`; zero: rates against W.
+    /// Angular velocity of the air, W, relative to which the body rates are measured; default: the rate of the `world`; zero: rates relative to W.
     #[param(unit = "rad/s", default = Vec3::zeros())]
     pub air_rate: Vec3,
     /// Length of the file's Reynolds number; default: its referenceWingChord.
     #[param(unit = "m")]
     pub reynolds_length: Option<f64>,
-    /// What happens where the tables end: clamp, stop.
+    /// Behaviour beyond the ends of the tables: clamp, stop.
     #[param(default = Outside::Clamp)]
     pub outside: Outside,
     /// The air.
@@ -198,7 +198,7 @@ const FLOW: [(&[&str], &str); 12] = [
     (&["altitudeMSL", "altitudeMsl", "geodeticAltitude"], "m"),
     (&["reynoldsNumber"], "1"),
 ];
-/// Places of the last two: what not every atmosphere knows.
+/// Indices of the last two, which not every atmosphere defines.
 const ALTITUDE: usize = 10;
 const REYNOLDS: usize = 11;
 
@@ -270,7 +270,7 @@ impl DaveAerodynamics {
         self.evaluate(t, &self.air(t, u), u).1
     }
 
-    /// Height above the ellipsoid, m, and the Reynolds number as the file has it, in SI; 0 where the file asks for none.
+    /// Height above the ellipsoid, m, and the Reynolds number in the definition of the file, in SI; 0 if the file does not use them.
     fn height_and_reynolds(&self, t: f64, a: &AirData, position: Vec3) -> [f64; 2] {
         let air = &self.p.atmosphere;
         let nan = f64::NAN;
@@ -280,7 +280,7 @@ impl DaveAerodynamics {
         [self.flow[ALTITUDE].map_or(0.0, height), self.flow[REYNOLDS].map_or(0.0, reynolds)]
     }
 
-    /// Where a flow is that is beyond the tables of the file.
+    /// Describes a flow that is beyond the tables of the file.
     fn reach(&self, a: &AirData) -> String {
         let [alpha, beta] = [a.alpha(), a.beta()].map(f64::to_degrees);
         let name = &self.p.model.name;

@@ -92,7 +92,7 @@ mod tests {
         assert!(lee.0.abs() < 1e-12 && lee.1.abs() < 1e-12, "nothing comes from behind");
     }
 
-    /// Slow gas at rest: the pressure of a Maxwellian on a wall of its own temperature, C_p = 1/s².
+    /// Limit of slow flow: the pressure of a Maxwellian gas on a wall at the same temperature, C_p = 1/s².
     #[test]
     fn a_plate_at_rest_feels_the_pressure_of_the_gas() {
         for a in [0.0, 0.4, 1.0] {

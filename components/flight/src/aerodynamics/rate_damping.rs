@@ -1,6 +1,6 @@
 //! `flight.rate_damping`: a moment against a body's turning, M = −c ω by axis, body axes.
 //!
-//! Of a body whose damping is known as numbers, such as a payload that hangs on a parachute.
+//! Use it for a body whose damping coefficients are known, such as a payload on a parachute.
 
 use linkwork_runtime::prelude::*;
 

@@ -74,8 +74,8 @@ pub fn pressure_max(gamma: f64) -> f64 {
 /// ```text
 /// C_p,b = 8.325e-3 + 0.11293/M − 1.801/M² + 1.2885/M³
 /// ```
-/// The fit of Viking; from M = 1 on, where it is −0.39. At M → ∞ it goes to +0.008, above zero beyond M = 8.9, within what a
-/// vacuum on the base leaves open: it is 0 there. Below M = 1 the value at 1 is taken.
+/// The fit of Viking; from M = 1 on, where it is −0.39. For M → ∞ the formula approaches +0.008 and is positive beyond M = 8.9, where a vacuum on the
+/// base is within its uncertainty; 0 is used there. Below M = 1 the value at 1 is taken.
 #[must_use]
 pub fn base_pressure(mach: f64) -> f64 {
     let m = mach.max(1.0);

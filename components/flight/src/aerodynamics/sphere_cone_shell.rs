@@ -308,7 +308,7 @@ mod tests {
         );
     }
 
-    /// If a part of the fore-body is in the lee, the closed form is left: one warning with `clamp`, or the run stops.
+    /// If a part of the fore-body is in the lee, the closed form is not valid: one warning with `clamp`, or the run stops.
     #[test]
     fn above_the_half_angle_it_clamps_or_stops_and_says_so() {
         let (c, (_, d)) = (Clock::at(0.0, 0.01, 0), STATE);

@@ -125,13 +125,13 @@ pub struct TangentIn {
 /// Where to push.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct TangentOut {
-    /// Force that is wanted, W; zero after burnout.
+    /// Commanded force, W; zero after burnout.
     #[port("N")]
     pub force: Vec3,
     /// Angle of the thrust over the horizon.
     #[port("rad")]
     pub pitch: f64,
-    /// Burn time that is left.
+    /// Remaining burn time.
     #[port("s")]
     pub to_go: f64,
     /// The law has no solution, and the last steering continues.

@@ -222,7 +222,7 @@ mod tests {
         x[3]
     }
 
-    /// The gains are derivatives of the range: beside differences of whole flights.
+    /// The gains are derivatives of the range: compared with finite differences of whole flights.
     #[test]
     fn gains_are_derivatives_of_the_range() {
         let (v, u) = (vehicle(), 0.5);

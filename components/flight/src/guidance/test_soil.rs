@@ -2,7 +2,7 @@
 
 use linkwork_runtime::prelude::Soil;
 
-/// Of no soil in particular.
+/// Firm soil for tests whose result does not depend on the soil.
 pub fn firm() -> Soil {
     Soil {
         n: 1.0,

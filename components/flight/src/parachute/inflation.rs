@@ -1,4 +1,4 @@
-//! How a canopy fills, and closed forms of it.
+//! Inflation of a canopy, and closed forms for it.
 //! ```text
 //! share of the area   f = f₀ + (f₁ − f₀) τⁿ,  τ = (t − t₀)/t_f in 0 … 1     n: 1 ribbon, 2–3 disk-gap-band, solid
 //! filling time        t_f = 0.65 λ D₀/V       λ: geometric porosity in %, V: speed at line stretch (Greene)

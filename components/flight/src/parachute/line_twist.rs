@@ -57,7 +57,7 @@ pub struct LineTwistOut {
     /// Torque along the lines, on the payload.
     #[port("N m")]
     pub torque: f64,
-    /// How far the lines are shorter than without twist, along their axis.
+    /// Shortening of the lines along their axis, caused by the twist.
     #[port("m")]
     pub shortening: f64,
 }
@@ -65,7 +65,7 @@ pub struct LineTwistOut {
 /// The twist as an output.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct TwistOut {
-    /// How far the canopy has turned against the payload.
+    /// Angle between canopy and payload about the axis of the lines.
     #[port("rad")]
     pub angle: f64,
     /// The lines lie on each other.

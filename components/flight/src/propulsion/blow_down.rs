@@ -6,7 +6,7 @@
 //! ```
 //! γ 1: slow, the walls keep the gas warm; 1.4 (nitrogen), 1.67 (helium): fast. The volume of the propellant comes from the
 //! `flight.propellant_tank` that the gas empties, also that at the start of the run, or of the phase that brings this part: `pressure` and
-//! `ullage` belong to that instant. The throttle goes to the engines of the tank.
+//! `ullage` belong to that instant. Wire the throttle to the engines of the tank.
 
 use linkwork_runtime::prelude::*;
 
@@ -30,7 +30,7 @@ pub struct BlowDownParams {
 /// What is left.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BlowDownIn {
-    /// Volume of the propellant that is left: `volume` of its tank.
+    /// Volume of the remaining propellant: `volume` of its tank.
     #[port("m^3")]
     pub volume: f64,
 }
@@ -60,7 +60,7 @@ pub struct Filled {
 /// The end of the gas.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Squeezed {
-    /// Volume of the propellant over that at which a thousandth of the gas volume is left.
+    /// Volume of the propellant minus the volume at which only a thousandth of the gas volume remains.
     #[port("m^3", rising)]
     pub full: f64,
 }

@@ -56,7 +56,7 @@ impl Model for IdealFeed {
 /// Command and tank.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct DrainIn {
-    /// Outflow that is wanted; negative: inflow, as when a tank is filled.
+    /// Commanded outflow; negative: inflow, for example when a tank is filled.
     #[port("kg/s")]
     pub flow: f64,
     /// What is drained.

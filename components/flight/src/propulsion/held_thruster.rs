@@ -4,7 +4,7 @@
 //! I = ∫ s T dt,   ṁ = s T/(I_sp g₀)                a pulse of width w in samples of Δ: s = w/Δ, I = T w
 //! ```
 //! T is the thrust in vacuum, p the ambient pressure on the exit A_e of the nozzle.
-//! That is the impulse of a pulse of `flight.thruster` whose two ramps and two dead times are equal; the force comes earlier than that of the
+//! This is the impulse of a pulse of `flight.thruster` with two equal ramps and two equal dead times; the force comes earlier than that of the
 //! pulse, by the dead time and the time constant of the ramps. A sample begins and ends at rows, so there are no events, and no ramps
 //! that an integrator has to resolve: for campaigns, where a sample is short against how fast the vehicle turns.
 //! Ports are those of `flight.thruster` but `pulses`. A command of 0 or 1, as `control.jet_selection` gives it, is a whole sample.

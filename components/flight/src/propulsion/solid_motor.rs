@@ -5,7 +5,7 @@
 //! ```
 //! For steps of fixed methods T is the mean of max(0, …) over the step.
 //! It burns to the end of its curve for every command. Ignition, every row of the curve and the end
-//! are events. Its flow goes to a `flight.propellant_tank` or to whatever else has its mass.
+//! are events. Connect its flow to a `flight.propellant_tank` or to another part that represents its mass.
 
 use crate::table::Curve;
 use linkwork_runtime::prelude::*;
@@ -35,7 +35,7 @@ pub struct MotorIn {
     /// The nozzle; z is against the jet.
     #[port(bind = "nozzle")]
     pub nozzle: NodeState,
-    /// Lights it where it is at ½ or above, unless `start` says when.
+    /// Ignition command: the motor ignites at ½ or above, unless `start` is written.
     #[port("1", default = 0.0)]
     pub ignite: f64,
     /// Ambient pressure.
@@ -60,7 +60,7 @@ pub struct MotorOut {
     pub burnt: f64,
 }
 
-/// How far it has burnt.
+/// Progress of the burn.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Burn {
     /// Rows of the curve that have been passed; 0: not lit.
@@ -79,7 +79,7 @@ pub struct NextRow {
     pub since: f64,
 }
 
-/// Mean of max(0, y) where y goes linearly from `a` to `b`. NaN stays NaN.
+/// Returns the mean of max(0, y) for a y that changes linearly from `a` to `b`. NaN stays NaN.
 fn mean_above(a: f64, b: f64) -> f64 {
     match () {
         () if a <= 0.0 && b <= 0.0 => 0.0,

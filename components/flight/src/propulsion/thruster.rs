@@ -6,7 +6,7 @@
 //! F = max(0, a T − p A_e) z at the node (z: against the jet);   ṁ = a T/(I_sp g₀)
 //! ```
 //! T is the thrust in vacuum; the ambient pressure p acts on the exit A_e of the nozzle while it has a jet that fills it.
-//! The ramps are followed exactly: they are no states, and ask for no short steps of an integrator.
+//! The ramps are closed forms and not states, so they need no short steps of an integrator.
 //! A pulse of width w gives the impulse T (w + (τ_down − τ_up)(1 − e^(−w/τ_up))), w counted at the valve.
 //! One opening and one closing may be under way at a time: a second command of the same kind within the
 //! dead time is taken for the first. Commands and the valve's changes are events.

@@ -34,7 +34,7 @@ pub struct VectorThrustIn {
     /// Where it acts.
     #[port(bind = "body")]
     pub body: NodeState,
-    /// Force that is wanted, in vacuum, W.
+    /// Commanded force in vacuum, W.
     #[port("N")]
     pub command: Vec3,
     /// Where the propellant comes from.

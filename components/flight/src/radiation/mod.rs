@@ -7,7 +7,7 @@ pub mod panels;
 
 use linkwork_runtime::prelude::*;
 
-/// Where the light begins to fade and where it ends.
+/// Edges at which the light begins to fade and at which it ends.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Edges {
     /// Angle to the outer edge of the penumbra, above zero in the light.

@@ -48,7 +48,7 @@ pub struct WheelRigidQuasiStatic {
 }
 
 /// A rigid wheel on rigid ground, of a machine that is quasi-static: Coulomb friction with a creep of a hundredth of the speed,
-/// and the penetration of its spring. Of its parameters those of damping and of bristles play no part.
+/// and the penetration of its spring. The parameters for damping and bristles have no effect.
 #[model("mobility.wheel_rigid_quasi_static")]
 impl Model for WheelRigidQuasiStatic {
     type Params = WheelRigidParams;

@@ -15,7 +15,7 @@ pub struct Node {
     pub first: [f32; 3],
     /// Soil that was heaped on it, m upwards; less than nothing where soil slid away.
     pub heap: f32,
-    /// Deepest sinkage (m), pressure there (Pa), depth of the rut that is left without load (m), all along the normal.
+    /// Deepest sinkage (m), pressure there (Pa), depth of the rut after unloading (m), all along the normal.
     pub pressed: [f32; 3],
     /// Shear stress with which it is pushed, Pa, W.
     pub shear: [f32; 3],
@@ -146,17 +146,17 @@ impl Bars {
 /// Constants of the contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Damping {
-    /// Damping time of the shear, s; it counts to a fiftieth of the strength that is left at most.
+    /// Damping time of the shear, s; the damping is limited to a fiftieth of the remaining strength.
     pub shear: f64,
     /// The pressure grows by this fraction for each m/s of approach, s/m.
     pub normal: f64,
 }
 
-/// Share of the strength that is left to which the damping of shear counts.
+/// Limit of the shear damping, as a fraction of the remaining strength.
 const DAMPING_MAX: f64 = 0.02;
 
 impl Law {
-    /// Of a soil, under a face of the shorter side `b` (m) that slips by `slip`, −1 to 1.
+    /// Returns the law of a soil under a face with the shorter side `b` (m) and the slip `slip`, −1 to 1.
     pub fn of(soil: &Soil, b: f64, slip: f64) -> Law {
         Law {
             k: soil.k_c / b + soil.k_phi,
@@ -263,7 +263,7 @@ pub struct GroundLoad {
     pub moment: Vec3,
     /// Greatest sinkage below the first surface with its heaps, m.
     pub sinkage: f64,
-    /// Where the pressure acts, m; the body's middle without contact.
+    /// Point at which the pressure acts, m; the middle of the body without contact.
     pub point: Vec3,
     /// Mean normal of the ground, unit.
     pub normal: Vec3,

@@ -32,7 +32,7 @@ pub struct ScmGroundParams {
     /// Growth of the stiffness of pressed soil with depth, N/m⁴; the default is Wong's for LETE sand.
     #[param(default = 5.03e8, range = 0.0..)]
     pub stiffness_growth: f64,
-    /// How much stiffer the soil is sheared back than forth.
+    /// Ratio of the shear stiffness during unloading to the stiffness during loading.
     #[param(default = 20.0, range = 1.0..=1000.0)]
     pub shear_unloading: f64,
     /// Share of the soil displaced that is heaped up around; the rest is compacted.
@@ -99,7 +99,7 @@ impl Imprint {
         }
     }
 
-    /// What presses; nothing where its numbers are none.
+    /// Returns the pressing body; `None` if its numbers are not finite.
     pub fn presser(&self) -> Option<Presser> {
         let (radius, width, length) = (self.print_radius, self.print_width, self.print_length);
         let form = match (radius > 0.0, width > 0.0, length > 0.0) {

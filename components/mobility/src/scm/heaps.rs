@@ -1,4 +1,4 @@
-//! Where displaced soil goes: on the nodes around what presses, and from there down slopes that are too steep for it.
+//! Heaps of displaced soil: it is added to the nodes around the pressing body and slides down slopes that are too steep for it.
 //! ```text
 //! ring       nodes up to two beside those that are pressed; ahead and at the sides, not behind where the body comes from
 //! sliding    between neighbours a, b:  |S_a − S_b| > δ tan(repose):  heap moves by a quarter of what is too much, five times
@@ -91,7 +91,7 @@ impl Window {
         [self.from[0] + (at % self.size[0]) as i32, self.from[1] + (at / self.size[0]) as i32]
     }
 
-    /// The nodes beside those under the body, but for those behind it.
+    /// Returns the nodes next to the nodes under the body, except for those behind it.
     fn ring(&self, ground: &ScmGround, presser: &Presser) -> Vec<usize> {
         let (v, c) = (presser.hub.velocity, presser.hub.position);
         let speed = v.x.hypot(v.y);

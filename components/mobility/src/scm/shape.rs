@@ -1,4 +1,4 @@
-//! What presses deformable ground: the lower side of a rim or of a flat sole over a point of the plane, in closed form.
+//! Shapes that press deformable ground: height of the lower side of a rim or of a flat sole above a point of the plane, in closed form.
 //! ```text
 //! rim    |d − a (a·d)|² = r²,  d = (x, y, z) − c:   z² (1 − a_z²) − 2 m a_z z + D² − m² − r² = 0,  m = a·D
 //! sole   (p − c)·n = 0
