@@ -26,7 +26,7 @@ pub struct BeltIn {
 /// Motion of the surface.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BeltOut {
-    /// Velocity of the surface over the body.
+    /// Velocity of the surface relative to the body.
     #[port(bind = "belt")]
     pub surface: SurfaceVelocity,
 }
@@ -36,7 +36,7 @@ pub struct Belt {
     direction: Vec3,
 }
 
-/// Belt or track whose surface moves over its body at a commanded speed.
+/// Belt or track whose surface moves relative to its body at a commanded speed.
 #[model("actuators.belt")]
 impl Model for Belt {
     type Params = BeltParams;

@@ -34,7 +34,7 @@ pub struct BushingParams {
 /// Its frames.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BushingIn {
-    /// The frame whose axes count.
+    /// The frame whose axes are used.
     #[port(bind = "a")]
     pub a: NodeState,
     /// The other frame.
@@ -57,7 +57,7 @@ pub struct BushingOut {
     /// Moment on b, axes of a.
     #[port("N m")]
     pub moment: Vec3,
-    /// Displacement of b from its rest, axes of a.
+    /// Displacement of b from its rest position, axes of a.
     #[port("m")]
     pub displacement: Vec3,
     /// Rotation vector of b seen from a, axes of a.

@@ -6,7 +6,7 @@
 //! P = f l̇; torques on the joints, or forces on the sites, by virtual work: `transmission.rs`
 //! ```
 //! A motor has g = (1, 0, 0), b = 0; a position servo of stiffness k and damping d has g = (k, 0, 0), b = (0, −k, −d).
-//! An ideal source of force: it takes its power from no supply. Use `actuators.dc_motor` for a motor with losses.
+//! It is an ideal force source without a supply. Use `actuators.dc_motor` for a motor with losses.
 
 use crate::transmission::{Transmission, ordered};
 use linkwork_runtime::prelude::*;
@@ -20,13 +20,13 @@ pub struct GeneralActuatorParams {
     /// Sites of a line from the first to the last; 0: joints.
     #[param(default = 0)]
     pub sites: u32,
-    /// Force for each unit of the control: constant, for each unit of the length, for each unit of its rate.
+    /// Force per unit of the control: constant term, and coefficients of the length and of its rate.
     #[param(default = [1.0, 0.0, 0.0])]
     pub gain: [f64; 3],
-    /// Force without control: constant, for each unit of the length, for each unit of its rate.
+    /// Force without control: constant term, and coefficients of the length and of its rate.
     #[param(default = [0.0, 0.0, 0.0])]
     pub bias: [f64; 3],
-    /// Force and moment on site 1 for each unit of force, in the axes of site 2, or of site 1 if `sites` is 1: a wrench instead of a line.
+    /// Force and moment on site 1 per unit of force, in the axes of site 2, or of site 1 if `sites` is 1: a wrench instead of a line.
     #[param(default = None)]
     pub wrench: Option<[f64; 6]>,
     /// The force follows an activation that is the integral of the control over time.

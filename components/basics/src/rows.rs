@@ -14,18 +14,18 @@ use linkwork_runtime::{Located, Param, ParamSpec, ReadCx, Unit, Value, split_qua
 pub struct Rows {
     /// Time (s) and value.
     pub rows: Vec<[f64; 2]>,
-    /// Unit of the values as written; `None`: bare numbers.
+    /// Unit of the values as written; `None`: numbers without a unit.
     pub unit: Option<String>,
 }
 
-/// Two rows nearer than this (s) are one instant to the location of events.
+/// Rows that are nearer to each other than this (s) count as one instant in the location of events.
 const APART: f64 = 1e-6;
 
 impl Rows {
-    /// Two rows at least, numbers, times rising.
+    /// Checks that there are at least two rows, with finite numbers and increasing times.
     ///
     /// # Errors
-    /// The first row that is wrong.
+    /// The first faulty row.
     pub fn check(&self) -> Result<(), BuildError> {
         let rows = &self.rows;
         if let Some(k) = rows.iter().position(|r| !r[0].is_finite() || !r[1].is_finite()) {
@@ -49,7 +49,7 @@ impl Rows {
     /// Returns an error if the values are not compatible with this unit (`rad`, `m/s`, ..).
     ///
     /// # Errors
-    /// When another was written.
+    /// Another unit was written.
     pub fn check_unit(&self, wanted: &str) -> Result<(), BuildError> {
         let given = self.unit.as_deref().unwrap_or(wanted);
         match (Unit::parse(given), Unit::parse(wanted)) {
@@ -140,7 +140,7 @@ impl Rows {
     }
 }
 
-/// A number, or a text with a unit: the value in SI, and the unit.
+/// Reads a number or a text with a unit; returns the value in SI and the unit.
 fn quantity(v: &Located, spec: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<(f64, Option<String>)> {
     if let Value::Text(text) = &v.value
         && let Some((number, unit_text)) = split_quantity(text)

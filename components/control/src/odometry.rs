@@ -234,7 +234,7 @@ mod tests {
         }
     }
 
-    /// On a plane of 15° that rises towards x: up the slope, across it, and a turn on it, of which the exact motion is known.
+    /// On a plane of 15° that rises towards x: motions up the slope, across it, and a turn on it, whose exact motions are known.
     #[test]
     fn a_slope_is_as_long_as_its_map() {
         let slope = 15f64.to_radians();

@@ -44,10 +44,10 @@ impl Param for Settings {
 }
 
 impl Settings {
-    /// Place of each command and its value, SI.
+    /// Index of each command, and its value in SI.
     ///
     /// # Errors
-    /// No such command, set twice, or a value that it cannot have.
+    /// A command does not exist, is set twice, or cannot have the value.
     pub fn places(&self, commands: &[Command]) -> Result<Vec<(usize, f64)>, BuildError> {
         let mut all: Vec<(usize, f64)> = Vec::new();
         for (name, value) in &self.0 {
@@ -66,7 +66,7 @@ impl Settings {
     }
 }
 
-/// The value of a command as a number, SI.
+/// Returns the value of a command as a number in SI.
 fn number(command: &Command, value: &Value) -> Result<f64, BuildError> {
     let name = &command.name;
     let refuse =

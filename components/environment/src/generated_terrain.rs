@@ -10,7 +10,7 @@ use linkwork_runtime::prelude::*;
 /// What to generate.
 #[derive(Params, Clone, Debug)]
 pub struct GeneratedParams {
-    /// Seed: same seed, same world.
+    /// Seed; equal seeds give the same terrain.
     #[param(default = 1)]
     pub seed: u64,
     /// Extent along x and y, centred on the origin, m.
@@ -47,7 +47,7 @@ pub struct GeneratedParams {
     /// Dunes across the whole map.
     #[param(default = None)]
     pub dunes: Option<Dunes>,
-    /// Steps, ramps, washboards, egg cartons, levelled places and trenches, each on those before it; rocks lie on them.
+    /// Steps, ramps, washboards, egg cartons, levelled areas and trenches, each applied to the result of the previous ones; rocks lie on them.
     #[param(default = vec![])]
     pub landforms: Vec<Landform>,
     /// Fraction of the ground covered by rocks (Golombek's k).
@@ -56,36 +56,36 @@ pub struct GeneratedParams {
     /// Smallest and largest rock diameter, m.
     #[param(default = [0.1, 0.8])]
     pub rock_diameters: [f64; 2],
-    /// Least and greatest share of a rock's height that is buried; half: as high over the ground as half its width.
+    /// Least and greatest fraction of a rock's height that is buried; with ½ a rock rises above the ground by half its width.
     #[param(default = [0.5, 0.5])]
     pub rock_burial: [f64; 2],
-    /// Discs kept clear of rocks and craters: x, y and radius, m.
+    /// Discs without rocks and craters: x, y and radius, m.
     #[param(default = vec![])]
     pub clear: Vec<[f64; 3]>,
     /// Moves the height at x = y = 0 to z = 0.
     #[param(default = true)]
     pub level: bool,
-    /// The soil everywhere; what computes with the soil or its friction needs it.
+    /// Soil of the remaining ground; models that use soil or its friction need it.
     #[param(default = None)]
     pub soil: Option<SoilParams>,
-    /// Polygons of other soils, each over those before it.
+    /// Polygons of other soils; a later polygon covers earlier ones.
     #[param(default = vec![])]
     pub soils: Vec<SoilPatch>,
-    /// A raster of other soils, under the polygons.
+    /// A raster of other soils; polygons cover it.
     #[param(default = None)]
     pub soil_map: Option<SoilRaster>,
 }
 
-/// Most nodes of a generated map.
+/// Maximum number of nodes of a generated map.
 const NODES_MAX: f64 = 64e6;
 
-/// Most craters of a generated map.
+/// Maximum number of craters of a generated map.
 const CRATERS_MAX: u32 = 1_000_000;
 
-/// Most rocks of a generated map.
+/// Maximum number of rocks of a generated map.
 const ROCKS_MAX: f64 = 5e6;
 
-/// Ground made from a seed: fractal relief, craters with raised rims, dunes and other forms, rocks of Golombek's distribution.
+/// Ground generated from a seed: fractal relief, craters with raised rims, dunes and other landforms, rocks with Golombek's distribution.
 #[service("environment.generated_terrain", Terrain)]
 impl Service for GridTerrain {
     type Params = GeneratedParams;

@@ -1,4 +1,4 @@
-//! Which soil is where: one everywhere, a raster of numbers on it, polygons on top.
+//! Distribution of soils: a soil of the whole ground, covered by a raster of soil numbers, covered by polygons.
 
 use crate::soil::SoilParams;
 use linkwork_formats::heights::{HeightsOptions, read_heights};
@@ -7,7 +7,7 @@ use linkwork_runtime::prelude::*;
 /// A polygon of one soil.
 #[derive(Params, Clone, Debug)]
 pub struct SoilPatch {
-    /// Corners x, y, m, in order; three at least.
+    /// Corners x, y in order, m; at least three.
     pub outline: Vec<[f64; 2]>,
     /// The soil within.
     pub soil: SoilParams,
@@ -16,7 +16,7 @@ pub struct SoilPatch {
 /// Meaning of the numbers of a raster.
 #[derive(Params, Clone, Debug)]
 pub struct SoilNumber {
-    /// The number: of a grey picture of 8 bits its grey value.
+    /// The number; for a grey image of 8 bits the grey value.
     pub number: u32,
     /// The soil.
     pub soil: SoilParams,
@@ -25,8 +25,8 @@ pub struct SoilNumber {
 /// A raster of soils.
 #[derive(Params, Clone, Debug)]
 pub struct SoilRaster {
-    /// A file of any format that heights come in: grey PNG or BMP, GeoTIFF, ASCII grid. Its samples are whole numbers; where it
-    /// has no data the ground has the soil that is everywhere.
+    /// A file of any format for heights: grey PNG or BMP, GeoTIFF, ASCII grid. Its samples are integers; nodes without data have the soil of the
+    /// remaining ground.
     pub file: String,
     /// x_min, y_min, x_max, y_max of the image's edges, m; default: the bounds of the terrain.
     #[param(default = None)]
@@ -38,18 +38,18 @@ pub struct SoilRaster {
 /// Index of the soil of the remaining ground.
 const EVERYWHERE: u16 = 0;
 
-/// Cells of a raster, each of one soil.
+/// Cells of a raster; each cell has one soil.
 struct Cells {
     /// x_min, y_min (m), and the inverse of a cell's edges (1/m).
     corner: [f64; 2],
     inverse: [f64; 2],
     nx: usize,
     ny: usize,
-    /// Places in the list of soils, the southern row first.
+    /// Indices in the list of soils, the southern row first.
     soils: Vec<u16>,
 }
 
-/// A polygon with the box around it.
+/// A polygon with its bounding box.
 struct Patch {
     within: [f64; 4],
     outline: Vec<[f64; 2]>,
@@ -57,7 +57,7 @@ struct Patch {
 }
 
 impl Patch {
-    /// Whether a point is inside, by the even-odd rule.
+    /// Returns whether a point is inside, by the even-odd rule.
     fn holds(&self, x: f64, y: f64) -> bool {
         let [x0, y0, x1, y1] = self.within;
         if !(x >= x0 && x <= x1 && y >= y0 && y <= y1) {
@@ -78,7 +78,7 @@ impl Patch {
 
 /// The soils of a terrain.
 pub struct SoilMap {
-    /// The first is that which is everywhere.
+    /// The first one is the soil of the remaining ground.
     soils: Vec<Soil>,
     cells: Option<Cells>,
     patches: Vec<Patch>,
@@ -95,16 +95,17 @@ impl SoilMap {
         &self.soils
     }
 
-    /// Whether the soil is written.
+    /// Returns whether a soil is specified.
     pub fn known(&self) -> bool {
         !self.soils[0].n.is_nan()
     }
 
-    /// Creates the map of a terrain with these bounds (m): `everywhere`, on it a raster, on that polygons, each over those before it.
+    /// Creates the map of a terrain with these bounds (m): Creates the map: the soil `everywhere`, covered by a raster, covered by polygons; a later
+    /// polygon covers earlier ones.
     ///
     /// # Errors
-    /// A soil that is none, a polygon without an inside, a raster that cannot be read or whose numbers have no soil; at the parameters `soil`,
-    /// `soils` and `soil_map`.
+    /// A soil is invalid, a polygon has no area, or a raster cannot be read or has a number without a soil; the error names the parameter `soil`,
+    /// `soils` or `soil_map`.
     pub fn new(
         everywhere: Option<&SoilParams>,
         raster: Option<&SoilRaster>,
@@ -149,7 +150,7 @@ impl SoilMap {
         add(&mut self.soils, soil)
     }
 
-    /// The soil at x, y (m). Cost: the polygons around the point.
+    /// The soil at x, y (m). The cost is proportional to the number of polygons around the point.
     pub fn at(&self, x: f64, y: f64) -> &Soil {
         let patch = self.patches.iter().rev().find(|p| p.holds(x, y));
         let soil = match (patch, &self.cells) {
@@ -303,7 +304,7 @@ mod tests {
         assert_eq!(files.names(), ["soils.asc"], "it is part of the plan's hash");
     }
 
-    /// The share of points inside is the area by the shoelace formula.
+    /// The fraction of points inside agrees with the area by the shoelace formula.
     #[test]
     fn a_polygon_has_its_area() {
         let outline = vec![[0.5, 0.2], [9.1, 1.3], [5.0, 4.0], [9.7, 9.4], [3.3, 8.8], [1.0, 5.0]];

@@ -24,7 +24,7 @@ pub struct HeightFieldParams {
     /// GeoTIFF (.tif, .tiff), ESRI ASCII grid (.asc), points on a grid (.xyz), grey PNG or BMP (.png, .bmp), PDS3 (.lbl, .img),
     /// PDS4 (.xml).
     pub file: String,
-    /// Distance of nodes along x and y, m, instead of the value in the file; required for PNG and BMP, and for maps in degrees whose file does not
+    /// Spacing of nodes along x and y, m, instead of the value in the file; required for PNG and BMP, and for maps in degrees whose file does not
     /// define an ellipsoid.
     #[param(default = None)]
     pub spacing: Option<[f64; 2]>,
@@ -37,7 +37,7 @@ pub struct HeightFieldParams {
     /// Moves the middle of the map to x = y = 0.
     #[param(default = true)]
     pub centred: bool,
-    /// Moves the height at x = y = 0 (when there is data) to z = 0.
+    /// Moves the height at x = y = 0 (if there is data) to z = 0.
     #[param(default = true)]
     pub level: bool,
     /// The soil everywhere; what computes with the soil or its friction needs it.
@@ -110,7 +110,7 @@ pub(crate) fn levelled(level: bool, datum: f64) -> Result<(), BuildError> {
         .help("remove `level: false`, so that z = 0 is the height of the map at x = y = 0"))
 }
 
-/// The heights of a file, and of the file that it names, which become part of the plan's hash.
+/// Reads the heights of a file, and of the file that it names; both become part of the plan's hash.
 ///
 /// # Errors
 /// The file does not exist or is rejected; the error names the parameter and the remedy.
@@ -150,7 +150,7 @@ pub fn heights_of(
     })
 }
 
-/// Ground from a digital elevation model or a grey picture. Smooth between nodes.
+/// Ground from a digital elevation model or a grey image. Smooth between nodes.
 #[service("environment.height_field", Terrain)]
 impl Service for FileTerrain {
     type Params = HeightFieldParams;
@@ -207,7 +207,7 @@ pub struct FlatParams {
     /// Slope.
     #[param(unit = "rad", default = 0.0, range = 0.0..1.5)]
     pub slope: f64,
-    /// Direction that rises, from x towards y.
+    /// Uphill direction, from x towards y.
     #[param(unit = "rad", default = 0.0)]
     pub uphill: f64,
     /// Side of the square map, centred on the origin.

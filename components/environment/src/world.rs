@@ -1,4 +1,4 @@
-//! `world` of a simulation: the body around which it is, with its constants, its rotation, the date and what W is.
+//! `world` of a simulation: the central body with its constants and rotation, the date, and the type of the frame W.
 //! ```text
 //! W = I     inertial axes, origin at the body's centre; t = 0 is the epoch, t counts seconds of TT
 //! p_P = R_IPᵀ p_I                       fixed: R_IP = R_z(angle + rate t)

@@ -1,10 +1,10 @@
-//! `flight.kickoff_spring`: a spring between two points that pushes along their line, once.
+//! `flight.kickoff_spring`: a spring between two points that pushes them apart once, along the line through both.
 //! ```text
 //! d = p_b − p_a    F = k (L₀ − |d|) while |d| < L₀, and zero for ever after |d| has reached L₀
 //! on a: −F d/|d|      on b: F d/|d|
 //! ```
-//! Unlike `flight.separation_spring` its axis is not fixed in a body: it is a rod between two sockets. Both
-//! forces lie on one line, so momentum and angular momentum stay. The release is an event.
+//! Unlike `flight.separation_spring` its axis is not fixed in a body: it is a rod between two sockets. Both forces act along one line, so momentum
+//! and angular momentum of the pair are conserved. The release is an event.
 
 use linkwork_runtime::prelude::*;
 
@@ -44,10 +44,10 @@ pub struct KickoffOut {
     pub force: f64,
 }
 
-/// Whether it has let go.
+/// State of the release.
 #[derive(State, Clone, Copy, Debug)]
 pub struct LetGo {
-    /// It has reached its length.
+    /// The spring has reached its length and is released.
     #[port]
     pub over: bool,
 }
@@ -60,7 +60,7 @@ pub struct Over {
     pub over: bool,
 }
 
-/// The end of its stroke.
+/// Guard of the end of the stroke.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct End {
     /// Length that is left.
@@ -73,7 +73,7 @@ pub struct KickoffSpring {
     p: KickoffParams,
 }
 
-/// A spring that pushes two points apart along their line until it has its length, once.
+/// A spring that pushes two points apart once, along the line through both, until it reaches its length.
 #[model("flight.kickoff_spring")]
 impl Model for KickoffSpring {
     type Params = KickoffParams;

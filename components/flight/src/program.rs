@@ -1,4 +1,4 @@
-//! `flight.sequence`, `flight.body_load`: numbers and loads that change at given times, each held until the next.
+//! `flight.sequence`, `flight.body_load`: numbers and loads that change at given times and are held in between.
 //! ```text
 //! value_k from t_k to t_k+1; the first row holds before its time as well
 //! ```
@@ -9,7 +9,7 @@ use linkwork_runtime::prelude::*;
 /// Which row holds.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Passed {
-    /// Rows after the first that have been passed.
+    /// Number of rows that have been passed, without the first one.
     #[port("1")]
     pub rows: f64,
 }
@@ -27,10 +27,10 @@ pub struct NextRow {
 pub struct Times(Vec<f64>);
 
 impl Times {
-    /// Rising times, one at least.
+    /// Checks that the times are strictly ascending and not empty.
     ///
     /// # Errors
-    /// None, or one that does not come after the one before; `param` names the rows.
+    /// There is no time, or a time is not later than the one before; `param` names the rows.
     pub fn new(times: Vec<f64>, param: &str) -> Result<Times, BuildError> {
         if times.is_empty() {
             return Err(BuildError::new("there is no row")
@@ -46,7 +46,7 @@ impl Times {
         }
     }
 
-    /// The row that holds. A part that enters a run late begins where the time is.
+    /// Returns the present row. A part that a later phase adds begins at the row of the present time.
     pub(crate) fn row(&self, c: &Clock, d: &Passed) -> usize {
         let k = (d.rows as usize).min(self.0.len() - 1);
         let begun = k == 0 || c.t >= self.0[k] - 1e-9;
@@ -66,7 +66,7 @@ impl Times {
 /// Rows of a number.
 #[derive(Params, Clone, Debug)]
 pub struct SequenceParams {
-    /// Rows (time in s, value), rising.
+    /// Rows (time in s, value), in ascending order of time.
     pub rows: Vec<[f64; 2]>,
 }
 

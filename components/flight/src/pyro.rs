@@ -93,15 +93,15 @@ pub struct Charge {
 /// Guards of the device.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct NextStage {
-    /// Time since it begins or ends, or command over ½.
+    /// Time since the pulse begins or ends, or command minus ½.
     #[port("*", rising)]
     pub since: f64,
-    /// Command over ½, for one that comes when it is spent.
+    /// Command minus ½, for a command to a device that has already fired.
     #[port("1", rising)]
     pub command: f64,
 }
 
-/// Guards by their places in [`NextStage`].
+/// Indices of the guards in [`NextStage`].
 const STAGE: usize = 0;
 const COMMAND: usize = 1;
 

@@ -4,10 +4,10 @@
 //! F = k (stroke − s) − c ṡ  while s < stroke and F > 0, else 0
 //! on b: F n at b          on a: −F n at b as well
 //! ```
-//! Both forces act along one line, so momentum and angular momentum of the pair stay as they were. The
+//! Both forces act along one line, so momentum and angular momentum of the pair are conserved. The
 //! energy ½ k stroke² goes into the two bodies when the spring starts fully compressed and c = 0. The instant of the release is an event, so that no
-//! step runs over the corner in the force. A start with s < 0 is an error, because the spring would be compressed beyond its stroke and store more
-//! energy than ½ k stroke².
+//! integration step crosses the kink of the force. A start with s < 0 is an error, because the spring would be compressed beyond its stroke and store
+//! more energy than ½ k stroke².
 
 use linkwork_runtime::prelude::*;
 
@@ -17,7 +17,7 @@ pub struct SpringParams {
     /// Stiffness.
     #[param(unit = "N/m", range = 0.0..)]
     pub stiffness: f64,
-    /// Way over which it pushes.
+    /// Distance over which the spring pushes.
     #[param(unit = "m", range = 1e-6..)]
     pub stroke: f64,
     /// Damping along the axis.
@@ -54,12 +54,12 @@ pub struct SpringOut {
     /// Way pushed so far.
     #[port("m")]
     pub extension: f64,
-    /// Rate at which the two part along the axis.
+    /// Rate of separation along the axis.
     #[port("m/s")]
     pub speed: f64,
 }
 
-/// Guard at the corner of the force.
+/// Guard at the kink of the force.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct SpringEnd {
     /// Way that is left.
@@ -80,7 +80,7 @@ pub struct SeparationSpring {
     p: SpringParams,
 }
 
-/// A spring between two bodies that pushes them apart once.
+/// A spring that pushes two bodies apart once.
 #[model("flight.separation_spring")]
 impl Model for SeparationSpring {
     type Params = SpringParams;

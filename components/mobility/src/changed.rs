@@ -1,4 +1,4 @@
-//! Pressed ground for viewers and logs: ruts and heaps as an overlay.
+//! Overlay of ruts and heaps for viewers and logs.
 use crate::tiles::Tiles;
 use linkwork_runtime::prelude::*;
 use std::any::Any;
@@ -6,7 +6,7 @@ use std::any::Any;
 /// Function that returns the height of the ground in a cell above the terrain service (m), from the cell and the position x, y of its middle (m, W).
 pub(crate) type Change<C> = dyn Fn(&C, [f64; 2]) -> f32 + Send + Sync;
 
-/// Snapshot of pressed ground at one instant. It shares the tiles that have not changed since.
+/// Snapshot of deformed ground at one instant. It shares the tiles that have not changed since then.
 pub(crate) struct Changed<C, const EDGE: usize> {
     /// The cells.
     pub tiles: Tiles<C, EDGE>,

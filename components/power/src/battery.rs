@@ -1,4 +1,4 @@
-//! `power.battery`: open-circuit voltage curve, internal resistance, counted charge, and what happens when it is flat or full.
+//! `power.battery`: open-circuit voltage curve, internal resistance, counted charge, and switching when it is empty or full.
 //! ```text
 //! i  = i_loads + i_sources        net current, negative charges
 //! i* = i, but: min(i, 0) while empty, max(i, 0) while full          the current that passes
@@ -7,9 +7,8 @@
 //! V  = V_cells, 0 while empty     at `terminal`, where loads are connected; V_cells at `charger`
 //! Q  = R i_f² + (1 − η) V_oc max(−i*, 0)
 //! ```
-//! The lag makes the voltage a function of state, so that loads whose current depends on it form no algebraic loop. It
-//! stores ½ R T i_f², as an inductance of R T does: with that, V_cells i* + Q + d/dt(stored) = 0 with V_oc in the first of
-//! what is stored.
+//! The lag makes the voltage a function of state, so that loads whose current depends on it form no algebraic loop. The lag stores ½ R T i_f², like
+//! an inductance R T; with this energy and the energy ∫ V_oc dq of the cells, V_cells i* + Q + d/dt(stored) = 0.
 //!
 //! When q falls below `charge_min`, the battery is *empty*: it opens its contactor to the loads, and its voltage there is 0.
 //! Sources that are connected to `charger` still charge it. When q has risen by `restart`, it closes the contactor again.
@@ -35,7 +34,7 @@ pub struct BatteryParams {
     /// Lag of the terminal voltage.
     #[param(unit = "s", default = 0.05, range = 1e-4..)]
     pub lag: f64,
-    /// Share of the charging current that is stored.
+    /// Fraction of the charging current that is stored.
     #[param(default = 0.98, range = 0.0..=1.0)]
     pub charge_efficiency: f64,
     /// State of charge at which it is empty and opens its contactor to the loads.
@@ -75,13 +74,13 @@ pub struct BatteryOut {
     /// Current drawn (with the lag).
     #[port("A")]
     pub current: f64,
-    /// It has run flat and cut its loads off; until it has been charged by `restart`.
+    /// The battery is empty and has disconnected its loads until it has been charged by `restart`.
     #[port("1")]
     pub empty: bool,
     /// It supplies its loads: the negation of `empty`.
     #[port("1")]
     pub supplies: bool,
-    /// It takes no more charge.
+    /// The battery is full and accepts no more charge.
     #[port("1")]
     pub full: bool,
     /// Stored energy: ∫ V_oc dq, and the energy of the lag.
@@ -98,10 +97,10 @@ pub struct BatteryFlows {
     /// Outlet of its heat, for the port of a thermal node. If it is not connected, the heat goes to the surroundings.
     #[port(connector)]
     pub case: HeatFlow,
-    /// Power that sources offer and a full battery does not take.
+    /// Power that sources offer and a full battery does not accept.
     #[port("W", lost)]
     pub shed: f64,
-    /// Current that is not stored: charging losses, and what a full battery does not take.
+    /// Current that is not stored: charging losses, and current that a full battery does not accept.
     #[port("A", lost)]
     pub lost: f64,
 }
@@ -117,7 +116,7 @@ pub struct BatteryState {
     pub current: f64,
 }
 
-/// Whether it is empty or full.
+/// Flags for the empty and the full battery.
 #[derive(State, Clone, Copy, Debug, PartialEq)]
 pub struct Contactors {
     /// It is empty.
@@ -126,7 +125,7 @@ pub struct Contactors {
     /// It is full.
     #[port("1")]
     pub full: bool,
-    /// Times that it has run flat.
+    /// Number of times that it has become empty.
     #[port("1")]
     pub flat: f64,
 }
@@ -134,16 +133,16 @@ pub struct Contactors {
 /// The four thresholds.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ChargeGuards {
-    /// Charge over that at which it is empty.
+    /// Charge minus the charge at which it is empty.
     #[port("1", falling)]
     pub above_min: f64,
     /// Charge above the restart threshold.
     #[port("1", rising)]
     pub above_restart: f64,
-    /// Charge over that at which it is full.
+    /// Charge minus the charge at which it is full.
     #[port("1", rising)]
     pub above_full: f64,
-    /// Charge over that at which it charges again.
+    /// Charge minus the charge at which it charges again.
     #[port("1", falling)]
     pub above_recharge: f64,
 }
@@ -153,7 +152,7 @@ pub struct Battery {
     p: BatteryParams,
 }
 
-/// Value at `x` of a table of rising (x, y), constant beyond its ends.
+/// Returns the value at `x` of a table (x, y) with increasing x, constant beyond its ends.
 pub fn table(rows: &[[f64; 2]], x: f64) -> f64 {
     let i = rows.partition_point(|r| r[0] <= x);
     match (i.checked_sub(1).and_then(|k| rows.get(k)), rows.get(i)) {
@@ -326,8 +325,8 @@ mod tests {
         .unwrap()
     }
 
-    /// Steps of Euler with the events at their ends, from a state: state, energy given to the terminals, heat, and
-    /// energy that was shed (J).
+    /// Performs Euler steps with events at their ends from a state; returns the state, the energy supplied at the terminals, the heat, and the energy
+    /// that was not accepted (J).
     fn run(
         b: &Battery,
         start: (BatteryState, Contactors),

@@ -196,7 +196,7 @@ mod tests {
         }
     }
 
-    /// An eclipse dims beam and sky alike: the sky is lit by the same Sun.
+    /// An eclipse dims beam and sky equally, because the sky is lit by the same Sun.
     #[test]
     fn an_eclipse_dims_beam_and_sky() {
         let part = |visible: f64, tau: f64| {

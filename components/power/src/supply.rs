@@ -1,4 +1,5 @@
-//! Supplies for what is not simulated further: `power.ideal_supply`, a constant voltage; `power.programmable_supply`, a commanded one; `power.source`, a commanded power.
+//! Supplies for parts whose real supply is not simulated: `power.ideal_supply`, a constant voltage; `power.programmable_supply`, a commanded one;
+//! `power.source`, a commanded power.
 //! ```text
 //! ideal supply    V constant, whatever current is drawn;   Ė = V i
 //! source          i = −P/V into the bus that it is connected to
@@ -27,7 +28,7 @@ pub struct IdealSupplyOut {
     /// Where loads are connected.
     #[port(connector)]
     pub terminal: Voltage,
-    /// Energy given since the start.
+    /// Energy supplied since the start.
     #[port("J")]
     pub energy: f64,
 }
@@ -38,7 +39,7 @@ pub struct IdealSupplyFlow {
     /// Current given.
     #[port("A")]
     pub current: f64,
-    /// Power given; negative: taken back.
+    /// Power supplied; negative: fed back.
     #[port("W")]
     pub power: f64,
 }
@@ -79,7 +80,7 @@ impl Model for IdealSupply {
 /// Commanded voltage.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ProgrammableIn {
-    /// Its voltage: below 0 counts as 0.
+    /// Commanded voltage; values below 0 count as 0.
     #[port("V")]
     pub volts: f64,
 }
@@ -128,7 +129,7 @@ pub struct SourceIn {
 /// Current fed in.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct SourceOut {
-    /// Where it feeds in: a battery's `charger`, or a terminal.
+    /// Connection to the `charger` of a battery, or to a terminal.
     #[port(connector)]
     pub output: Current,
     /// Power fed in: zero without a voltage.

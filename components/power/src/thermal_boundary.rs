@@ -20,7 +20,7 @@ pub struct ThermalBoundaryHeat {
 /// Temperature.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThermalBoundaryOut {
-    /// Where links and heaters are connected.
+    /// Connection for links and heaters.
     #[port(connector)]
     pub port: Temperature,
 }

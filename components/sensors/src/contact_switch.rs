@@ -1,4 +1,4 @@
-//! `sensors.contact_switch`: whether its body touches anything: a bumper, the switch of a landing leg.
+//! `sensors.contact_switch`: a switch that shows whether its body touches anything, such as a bumper or the switch of a landing leg.
 //! ```text
 //! closes when |F| ≥ close, opens when |F| ≤ open, once that has lasted `delay`      F: sum of the contact forces on the body
 //! ```
@@ -34,7 +34,7 @@ pub struct ContactSwitchOut {
     /// It is closed.
     #[port]
     pub closed: bool,
-    /// It has been closed at any time before.
+    /// The switch is or has been closed.
     #[port]
     pub touched: bool,
     /// Number of times that the switch has closed.
@@ -48,7 +48,7 @@ pub struct ContactSwitchState {
     /// It is closed.
     #[port("1")]
     pub closed: bool,
-    /// How often it has closed.
+    /// Number of times that it has closed.
     #[port("1")]
     pub count: f64,
     /// Time since the force crossed the limit that changes the switch.
@@ -66,7 +66,7 @@ pub struct ContactSwitch {
 }
 
 impl ContactSwitch {
-    /// The state after a force (N), `dt` (s) after the last sample.
+    /// Returns the state after a force (N) that is read `dt` (s) after the last sample.
     fn next(&self, d: &ContactSwitchState, force: f64, dt: f64) -> ContactSwitchState {
         let beyond = if d.closed { force <= self.open } else { force >= self.p.close };
         let since = if beyond && d.pending { d.since + dt.max(0.0) } else { 0.0 };
@@ -80,7 +80,7 @@ impl ContactSwitch {
     }
 }
 
-/// A switch that the contact forces on a body close and open; sampled.
+/// A switch that contact forces on a body close and open; sampled.
 #[model("sensors.contact_switch")]
 impl Model for ContactSwitch {
     type Params = ContactSwitchParams;
@@ -124,7 +124,7 @@ mod tests {
         ContactSwitch::build(ContactSwitchParams { close, open, delay })
     }
 
-    /// Readings at 100 Hz for a force along a slanted line.
+    /// Readings at 100 Hz for a force that changes linearly.
     fn readings(m: &ContactSwitch, forces: &[f64]) -> Vec<ContactSwitchOut> {
         let mut d = ContactSwitchState::zero();
         let of = |(n, force): (usize, &f64)| {

@@ -1,4 +1,4 @@
-//! `sensors.hinge_load`: force and moment through a hinge as they are, for controllers that are tried before there is an instrument.
+//! `sensors.hinge_load`: exact force and moment through a hinge, for controllers that are tested without an instrument.
 //! ```text
 //! force   Rᵀ f        moment   Rᵀ (n − p × f)        f, n: force and moment on the body through its hinge, about the origin and in the axes
 //!                                                     of the hinge's frame on the body; p, R: the sensor's frame in that frame
@@ -78,7 +78,7 @@ impl Model for HingeLoadSensor {
 mod tests {
     use super::*;
 
-    /// A force of 2 N along y at x = 0.3 m, read at x = 0.1 m in axes that are turned by 90° about z.
+    /// A force of 2 N along y at x = 0.3 m, measured at x = 0.1 m in axes that are rotated by 90° about z.
     #[test]
     fn a_force_is_read_about_the_sensor_in_its_axes() {
         let half = std::f64::consts::FRAC_1_SQRT_2;

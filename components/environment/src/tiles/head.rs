@@ -17,7 +17,7 @@ pub(super) const ENTRY: u64 = 16;
 pub(super) struct Piece {
     /// Its first byte.
     pub start: u64,
-    /// Its length; 0: there is none.
+    /// Length of the tile; 0: the tile is empty.
     pub length: u32,
     /// CRC-32 of its bytes.
     pub crc: u32,
@@ -29,7 +29,7 @@ pub(super) struct Head {
     pub grid: Lattice,
     /// Cells of a tile's edge.
     pub tile: usize,
-    /// Nodes from one of the overview to the next.
+    /// Number of nodes from one node of the overview to the next.
     pub step: usize,
     pub overview: Piece,
     /// Height above which heights are given (m).
@@ -51,7 +51,7 @@ pub(super) struct Nodes {
 }
 
 impl Head {
-    /// A file of a grid that has no tile yet.
+    /// Creates the head of a grid without tiles.
     pub fn new(grid: Lattice, tile: usize) -> Result<Head, TileError> {
         let size = |fact: String, help: &str| TileError::Size { fact, help: help.into() };
         if !(16..=1024).contains(&tile) {
@@ -87,12 +87,12 @@ impl Head {
         self.grid.size().map(|n| tiles_of(n, self.tile))
     }
 
-    /// Nodes of the overview along x and y.
+    /// Returns the numbers of nodes of the overview along x and y.
     pub fn overview_size(&self) -> [usize; 2] {
         self.grid.size().map(|n| (n - 1) / self.step + 1)
     }
 
-    /// The nodes that tile `k` has.
+    /// Returns the nodes of tile `k`.
     pub fn nodes(&self, k: usize) -> Nodes {
         let across = self.tiles()[0];
         let [nx, ny] = self.grid.size();
@@ -222,7 +222,7 @@ pub(super) fn pack(heights: &[f32]) -> std::io::Result<Vec<u8>> {
     out.finish()
 }
 
-/// The other way: exactly as many heights as there is room for; `planes` is room for their bytes.
+/// Decompresses a block into exactly as many heights as `heights` has; `planes` is a buffer for their bytes.
 pub(super) fn unpack(
     packed: &[u8],
     planes: &mut Vec<u8>,

@@ -7,7 +7,7 @@ use linkwork_world::orbit::{Segment, TwoLine, read_oem};
 use linkwork_world::planet::PointMotion;
 
 impl Inner {
-    /// Position and velocity (TEME) of an Earth satellite at t = 0.
+    /// Returns position and velocity (TEME) of an Earth satellite at t = 0.
     pub(super) fn by_two_lines(
         &self,
         from: &TwoLineSource,
@@ -38,7 +38,7 @@ impl Inner {
         all[0].state(&epoch).map_err(|e| BuildError::of(&e))
     }
 
-    /// Axes, position and velocity of a spacecraft at t = 0.
+    /// Returns axes, position and velocity of a spacecraft at t = 0.
     pub(super) fn by_message(
         &self,
         file: &str,
@@ -98,7 +98,7 @@ fn axes(file: &str, segment: &Segment) -> Result<StartFrame, BuildError> {
     })
 }
 
-/// The error of a file in which one name has to be chosen.
+/// Returns the error for a file in which one of several names must be selected.
 fn choose(field: &str, written: Option<&str>, file: &str, known: &[String]) -> BuildError {
     let fact = match written {
         Some(name) => format!("{file} has no `{name}`"),

@@ -23,7 +23,7 @@ use std::sync::Arc;
 
 /// Variables that a file may have.
 pub(super) const VARIABLES: usize = 1024;
-/// Inputs that come from outside.
+/// Inputs that the port `controls` supplies.
 const CONTROLS: usize = 12;
 
 /// A DAVE-ML file as a parameter: its name, or (name, text) with the text in place.
@@ -38,7 +38,7 @@ impl DaveFile {
     /// From a text.
     ///
     /// # Errors
-    /// Every mistake of the text, with its place; shots of the file that fail.
+    /// The text has faults (each is listed with its place), or static shots of the file fail.
     pub fn new(name: &str, text: &str) -> Result<DaveFile, String> {
         let model = read_dave(text, name).map_err(|e| e.to_string())?;
         let failed = model.check();
@@ -78,10 +78,10 @@ impl Param for DaveFile {
     }
 }
 
-/// From which coefficients the force comes.
+/// Kind of coefficients from which the force is computed.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Forces {
-    /// From those that the file has; it must have one kind only.
+    /// The kind that the file has; the file must have one kind only.
     Found,
     /// aeroBodyForceCoefficient_X, _Y, _Z.
     Body,
@@ -89,24 +89,24 @@ pub enum Forces {
     Stability,
 }
 
-/// A constant of the file with another value.
+/// A constant of the file whose value is replaced.
 #[derive(Params, Clone, Debug)]
 pub struct Replacement {
     /// Its `varID`.
     pub variable: String,
-    /// The value, in the file's units.
+    /// The new value, in the file's units.
     pub value: f64,
 }
 
-/// A file and what is not in it.
+/// A file, and settings that are not in it.
 #[derive(Params, Clone, Debug)]
 pub struct DaveParams {
     /// The file.
     pub model: DaveFile,
-    /// From which coefficients the force comes: found, body, stability.
+    /// Kind of coefficients from which the force is computed: found, body, stability.
     #[param(default = Forces::Found)]
     pub forces: Forces,
-    /// Constants of the file that have other values here.
+    /// Constants of the file whose values are replaced here.
     #[param(default = Vec::new())]
     pub set: Vec<Replacement>,
     /// Inputs of the file (`varID`), in the order of the port `controls`; at most twelve.
@@ -124,7 +124,7 @@ pub struct DaveParams {
     /// The air.
     #[param(service)]
     pub atmosphere: Handle<dyn Atmosphere>,
-    /// The world, with whose body the air turns.
+    /// The world, with whose body the air rotates.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
 }
@@ -138,10 +138,10 @@ pub struct DaveIn {
     /// The inputs named in `controls`, each in SI (angles in rad).
     #[port("*", default = [0.0; CONTROLS])]
     pub controls: [f64; CONTROLS],
-    /// Gust over the wind, W, as of `flight.gusts`.
+    /// Gust velocity in addition to the wind, W, for example from `flight.gusts`.
     #[port("m/s", default = Vec3::zeros())]
     pub gust: Vec3,
-    /// Angular velocity of the air over `air_rate`, W, as `rotation` of `flight.gusts`.
+    /// Angular velocity of the air in addition to `air_rate`, W, for example `rotation` of `flight.gusts`.
     #[port("rad/s", default = Vec3::zeros())]
     pub gust_rate: Vec3,
 }
@@ -175,7 +175,7 @@ pub struct DaveOut {
     pub beta: f64,
 }
 
-/// Whether the tables were left.
+/// Flag of the table range.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct TableFlag {
     /// The flow has been outside the tables.
@@ -198,14 +198,14 @@ const FLOW: [(&[&str], &str); 12] = [
     (&["altitudeMSL", "altitudeMsl", "geodeticAltitude"], "m"),
     (&["reynoldsNumber"], "1"),
 ];
-/// Indices of the last two, which not every atmosphere defines.
+/// Indices of the last two quantities, which not every atmosphere defines.
 const ALTITUDE: usize = 10;
 const REYNOLDS: usize = 11;
 
-/// The length of pitching moments.
+/// Reference length of pitching moments.
 const CHORD: &str = "referenceWingChord";
 
-/// Coefficients and lengths that come out, by the names that files have for them.
+/// Coefficients and lengths among the outputs of the file, by the names that files have for them.
 const RESULTS: [(&[&str], &str); 11] = [
     (&["aeroBodyForceCoefficient_X"], "1"),
     (&["aeroBodyForceCoefficient_Y"], "1"),

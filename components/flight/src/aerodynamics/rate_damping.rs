@@ -1,4 +1,4 @@
-//! `flight.rate_damping`: a moment against a body's turning, M = −c ω by axis, body axes.
+//! `flight.rate_damping`: a moment that opposes the rotation of a body: M = −c ω about each of the body axes.
 //!
 //! Use it for a body whose damping coefficients are known, such as a payload on a parachute.
 
@@ -7,7 +7,7 @@ use linkwork_runtime::prelude::*;
 /// Damping.
 #[derive(Params, Clone, Debug)]
 pub struct RateDampingParams {
-    /// Moment over rate about x, y, z of the node.
+    /// Ratio of moment to angular rate about x, y, z of the node.
     #[param(unit = "N m s/rad")]
     pub damping: Vec3,
     /// Angular velocity of the axes to which the body's rate refers, W: the rate of the air of the `world`, or zero.
@@ -24,7 +24,7 @@ pub struct RateDampingIn {
     /// Node with the axes of the damping.
     #[port(bind = "body")]
     pub body: NodeState,
-    /// Rate of the air over `against`, W, as `rotation` of gusts.
+    /// Angular velocity of the air in addition to `against`, W, for example `rotation` of `flight.gusts`.
     #[port("rad/s", default = Vec3::zeros())]
     pub gust_rate: Vec3,
 }
@@ -42,7 +42,7 @@ pub struct RateDamping {
     p: RateDampingParams,
 }
 
-/// A moment against a body's turning, proportional to its rate about each axis.
+/// A moment that opposes the rotation of a body, proportional to its rate about each axis.
 #[model("flight.rate_damping")]
 impl Model for RateDamping {
     type Params = RateDampingParams;
@@ -74,7 +74,7 @@ mod tests {
         RateDampingParams { damping, against, world: world.map(PlainWorld::handle) }
     }
 
-    /// Two statements that disagree are an error: the rate of the air, and the rotation of the world.
+    /// It is an error if the rate of the air contradicts the rotation of the world.
     #[test]
     fn air_that_turns_otherwise_than_the_world_is_refused() {
         let turns = 7.292_115e-5;

@@ -7,7 +7,7 @@
 //! glide slope: ‖(r − r_T)_xy‖ tan γ ≤ (r − r_T)_z      pointing: u_z ≥ s cos θ
 //! u and s are linear between nodes: r and v exactly, z by the trapezoid rule;  maximise z at the end
 //! ```
-//! Flat ground, z up, uniform gravity. The time of flight is found by golden section over [`plan`].
+//! The ground is flat with z up, and gravity is uniform. The time of flight is found by golden section over [`plan`].
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
@@ -44,9 +44,9 @@ pub struct Descent {
     pub start: [Vec3; 2],
     /// Position and velocity at the end.
     pub end: [Vec3; 2],
-    /// Least angle over the horizon as seen from the target, rad; 0: not below the target.
+    /// Least elevation above the horizon, seen from the target, rad; 0: only not below the target.
     pub glide: f64,
-    /// Greatest angle of the thrust from straight up, rad; π: any.
+    /// Greatest angle of the thrust to the vertical, rad; π: no limit.
     pub pointing: f64,
 }
 
@@ -78,7 +78,7 @@ pub enum NoPlan {
         /// The time of flight.
         time: f64,
     },
-    /// The solver did not come to an end.
+    /// The solver did not converge.
     #[error(
         "the solver stopped with {status} for {time} s\n  help: choose another number of nodes"
     )]
@@ -98,7 +98,7 @@ pub enum NoPlan {
     },
 }
 
-/// Rows A x + s = b of one cone after the other, in variables near 1: the solver's tolerances mean them.
+/// Rows A x + s = b of one cone after the other, scaled so that variables are near 1, because the solver's tolerances are absolute.
 struct Rows {
     triplets: [Vec<usize>; 2],
     values: Vec<f64>,
@@ -124,7 +124,7 @@ impl Rows {
         self.b.push(b);
     }
 
-    /// Rows from `from` on over `unit`, so that they are near 1 as well.
+    /// Divides the rows from `from` on by `unit`, so that they are near 1, too.
     fn over(&mut self, from: usize, unit: f64) {
         self.b[from..].iter_mut().for_each(|b| *b /= unit);
         let first = self.triplets[0].partition_point(|row| *row < from);
@@ -159,7 +159,7 @@ impl Descent {
     }
 }
 
-/// The plan of `nodes` intervals that takes `time` s, with the most mass at the end.
+/// Returns the plan of `nodes` intervals and duration `time` s with the greatest final mass.
 ///
 /// # Errors
 /// The input is not valid, no trajectory satisfies the limits, or the solver fails.
@@ -319,10 +319,10 @@ pub fn plan(d: &Descent, time: f64, nodes: usize) -> Result<Vec<Node>, NoPlan> {
         .collect())
 }
 
-/// The plan with the most mass at the end among times from `low` to `high` s, to `exact` s, by golden section.
+/// Returns the plan with the greatest final mass among durations from `low` to `high` s; golden section finds the duration to within `exact` s.
 ///
 /// # Errors
-/// As [`plan`] at the best time, when there is none at all.
+/// The error of [`plan`] at the best time, if there is no plan at any time.
 pub fn best_plan(
     d: &Descent,
     (low, high): (f64, f64),
@@ -392,9 +392,9 @@ mod tests {
         }
     }
 
-    /// The example of Açıkmeşe and Ploen, above the ground: the reference has 390.43 kg in 74 s. Ever more intervals go to
-    /// 390.4417 kg here, 0.012 kg above that; with 9.807 m/s² for g₀, of which we only suppose that it was taken
-    /// there, it is 390.43 kg to its digits.
+    /// The example of Açıkmeşe and Ploen with the constraint to stay above the ground: the reference uses 390.43 kg in 74 s. With more and more
+    /// intervals the propellant here converges to 390.4417 kg, which is 0.012 kg more; with g₀ = 9.807 m/s², which the reference probably used, it is
+    /// 390.43 kg to all its digits.
     #[test]
     fn the_published_descent_takes_its_published_fuel() {
         let start = [Vec3::new(2000.0, 0.0, 1500.0), Vec3::new(100.0, 0.0, -75.0)];

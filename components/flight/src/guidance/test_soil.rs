@@ -1,4 +1,4 @@
-//! A soil for tests of what looks at ground and does not touch it.
+//! A soil for tests of parts that observe the ground but do not touch it.
 
 use linkwork_runtime::prelude::Soil;
 

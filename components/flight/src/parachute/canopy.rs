@@ -153,7 +153,7 @@ pub struct Filling {
 /// Guards of the inflation.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct NextChange {
-    /// Time since the next stage begins or is full, or command over ½.
+    /// Time since the beginning or the complete filling of the next stage, or command minus ½.
     #[port("*", rising)]
     pub since: f64,
     /// Command over ½.
@@ -164,7 +164,7 @@ pub struct NextChange {
     pub inside: f64,
 }
 
-/// Guards by their places in [`NextChange`]; guards after the first one only trigger reports.
+/// Indices of the guards in [`NextChange`]; guards after the first one only trigger reports.
 const SINCE: usize = 0;
 const COMMAND: usize = 1;
 const INSIDE: usize = 2;
@@ -441,7 +441,7 @@ mod tests {
         CanopyIn { canopy, deploy: 0.0, gust: Vec3::zeros() }
     }
 
-    /// All events until `t`, as the run would find them.
+    /// Handles all events until `t` in the way a run does.
     fn until(m: &Canopy, t: f64, u: &CanopyIn) -> Filling {
         let mut d = Filling::zero();
         for k in 0..=(t * 1000.0) as usize {

@@ -14,7 +14,7 @@ pub struct IdealFeedIn {
     pub outlet: MassFlows,
 }
 
-/// Propellant, and how much of it has been drawn.
+/// Connection to the propellant, and the amount drawn.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct IdealFeedOut {
     /// Where engines are connected.
@@ -36,7 +36,7 @@ pub struct Delivered {
 /// Propellant without a tank.
 pub struct IdealFeed;
 
-/// Ideal feed: propellant that never ends and that no body carries; counts what is drawn.
+/// Ideal feed: unlimited propellant without mass in any body; measures the amount drawn.
 #[model("flight.ideal_feed")]
 impl Model for IdealFeed {
     type Inputs = IdealFeedIn;

@@ -1,10 +1,10 @@
-//! `flight.solid_motor`: a motor whose thrust follows a curve once it is lit.
+//! `flight.solid_motor`: a solid rocket motor whose thrust follows a curve after ignition.
 //! ```text
 //! T = max(0, T_curve(t − t₀) − p A_e)  while it burns        ṁ = T_curve/(I_sp g₀)
 //! burnt so far   ∫ T_curve dt/(I_sp g₀)
 //! ```
 //! For steps of fixed methods T is the mean of max(0, …) over the step.
-//! It burns to the end of its curve for every command. Ignition, every row of the curve and the end
+//! It burns to the end of its curve, whatever the command is. Ignition, every row of the curve and the end
 //! are events. Connect its flow to a `flight.propellant_tank` or to another part that represents its mass.
 
 use crate::table::Curve;
@@ -24,7 +24,7 @@ pub struct SolidMotorParams {
     /// Area of the nozzle's exit, on which the ambient pressure acts.
     #[param(unit = "m^2", default = 0.0, range = 0.0..)]
     pub exit_area: f64,
-    /// When it is lit; default: where the input `ignite` is at ½ or above, also from the start.
+    /// Time of ignition; default: when the input `ignite` is at ½ or above, also at the start.
     #[param(unit = "s")]
     pub start: Option<f64>,
 }
@@ -32,7 +32,7 @@ pub struct SolidMotorParams {
 /// Node, command and air.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct MotorIn {
-    /// The nozzle; z is against the jet.
+    /// The nozzle; z is opposite to the jet.
     #[port(bind = "nozzle")]
     pub nozzle: NodeState,
     /// Ignition command: the motor ignites at ½ or above, unless `start` is written.
@@ -74,7 +74,7 @@ pub struct Burn {
 /// The next row.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct NextRow {
-    /// Time since the next row of the curve, or command over ½.
+    /// Time since the next row of the curve, or command minus ½.
     #[port("*", rising)]
     pub since: f64,
 }
@@ -97,7 +97,7 @@ pub struct SolidMotor {
     curve: Curve,
 }
 
-/// A solid rocket motor by its thrust curve.
+/// A solid rocket motor with a thrust curve.
 #[model("flight.solid_motor")]
 impl Model for SolidMotor {
     const AVERAGES: bool = true;

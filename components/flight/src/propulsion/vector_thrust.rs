@@ -1,9 +1,9 @@
-//! `flight.vector_thrust`: engines seen as one force that follows a command, for flight in three degrees of freedom.
+//! `flight.vector_thrust`: engines represented by one force that follows a command, for flight in three degrees of freedom.
 //! ```text
 //! Ḟ = (F_cmd − F)/τ      F in vacuum, W, at the node      ṁ = |F|/(I_sp g₀)
 //! F max(0, 1 − p A_e/|F|)      what acts: the ambient pressure on the nozzles' exits
 //! ```
-//! Attitude is not asked: right where it is turned fast enough. Without τ the force is the command.
+//! The attitude is not used; this is valid if the vehicle turns fast enough. Without τ the force is the command.
 
 use crate::engine::nozzle_thrust;
 use linkwork_runtime::prelude::*;
@@ -51,7 +51,7 @@ pub struct VectorThrustOut {
     /// On the body.
     #[port(bind = "body")]
     pub load: Wrench,
-    /// Size of the force; 0 where the pressure is stronger than the jets.
+    /// Magnitude of the force; 0 where the ambient pressure is stronger than the jets.
     #[port("N")]
     pub thrust: f64,
     /// Propellant that it takes.
@@ -72,7 +72,7 @@ pub struct VectorThrust {
     p: VectorThrustParams,
 }
 
-/// Engines as one force in W that follows a command with a lag, and takes propellant.
+/// Engines as one force in W that follows a command with a lag and consumes propellant.
 #[model("flight.vector_thrust")]
 impl Model for VectorThrust {
     type Params = VectorThrustParams;

@@ -3,13 +3,13 @@
 /// Where displaced soil goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Heaps {
-    /// Share of it that is heaped.
+    /// Fraction of the displaced soil that is heaped.
     pub share: f64,
-    /// Slope at which it slides, rise over run.
+    /// Slope at which soil slides, rise over run.
     pub slope: f64,
 }
 
-/// The nodes that are pressed: first and last column and row.
+/// The loaded nodes: first and last column and row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Heap {
     pub(super) from: [i32; 2],
