@@ -5,7 +5,7 @@
 pub enum Account {
     /// An amount that the part holds: J, kg or C.
     Stored,
-    /// A rate at which the part takes from outside of the simulation: W, kg/s or A.
+    /// A rate at which the part receives from outside of the simulation: W, kg/s or A.
     Gained,
     /// A rate at which the part gives to outside of the simulation: W, kg/s or A.
     Lost,
@@ -69,7 +69,7 @@ pub struct OwnAccount {
     pub quantity: Quantity,
 }
 
-/// The accounts of a block, and what it exchanges without knowing how much.
+/// The accounts of a block, and its exchanges whose amounts it cannot compute.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OwnAccounts {
     /// Numbers that it reports, in the order of [`crate::Block::accounts`].

@@ -162,7 +162,7 @@ pub trait Terrain: Send + Sync {
     fn nodes(&self) -> Result<Surface, BuildError> {
         Ok(self.surface())
     }
-    /// Returns the first failure since the creation of the service (such as a damaged tile), with a remedy. There is no ground at that place, and a
+    /// Returns the first failure since the creation of the service (such as a damaged tile), with a remedy. There is no ground at that position; the
     /// run stops at the end of the step in which the failure occurs.
     fn failure(&self, _t: f64) -> Option<BuildError> {
         None

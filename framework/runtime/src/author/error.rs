@@ -1,16 +1,16 @@
 //! Errors and warnings of models and services.
 
-/// A model cannot be built from these parameters; or what a part or a service says of a run, when it begins or in the middle of it.
+/// Error of a model that cannot be built from its parameters, or error or warning of a part or service at the start of a run or during it.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{message}")]
 pub struct BuildError {
     /// What is wrong.
     pub message: String,
-    /// What to do about it.
+    /// The remedy.
     pub help: Option<String>,
-    /// The parameter at fault, when it is one.
+    /// The faulty parameter, if a parameter is the cause.
     pub param: Option<String>,
-    /// Said of a run: it stops there. True if the fault stops a run; otherwise it is reported once, and the run continues.
+    /// Marks the fault as one that stops a run. True if the fault stops a run; otherwise it is reported once, and the run continues.
     pub stops: bool,
 }
 
@@ -34,7 +34,7 @@ impl BuildError {
         self.param = Some(param.into());
         self
     }
-    /// Said of a run: whether it stops there.
+    /// Returns whether the fault stops a run.
     pub fn stopping(mut self, stops: bool) -> Self {
         self.stops = stops;
         self

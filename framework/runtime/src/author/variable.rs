@@ -11,7 +11,7 @@ pub enum Place {
     D(u32),
     /// Signal lane.
     Signal(u32),
-    /// A variable of a program with several phases: each has it in another lane, or not at all.
+    /// A variable of a program with several phases; each phase has it in another lane or lacks it.
     Channel(u32),
     /// When a phase of the program began last (s); NaN before it has begun.
     Phase(u32),

@@ -1,4 +1,4 @@
-//! State of a run to memory, to a checkpoint, and back.
+//! Copies the state of a run to memory or to a checkpoint, and back.
 use super::file::{Checkpoint, CheckpointError, Instant};
 use crate::author::noise;
 use crate::author::ports::Direction;
@@ -29,11 +29,10 @@ impl Simulation {
         }
     }
 
-    /// Whether every part of the present phase can be saved and copied: whether checkpoints, forks and
-    /// snapshots are whole.
+    /// Checks that every part of the present phase can be saved and copied, so that checkpoints, forks and snapshots are complete.
     ///
     /// # Errors
-    /// [`CheckpointError::Store`] with the first part that cannot.
+    /// [`CheckpointError::Store`] with the first part that cannot be saved.
     pub fn can_save(&self) -> Result<(), CheckpointError> {
         savable(self.plan())
     }
@@ -41,8 +40,8 @@ impl Simulation {
     /// Takes a snapshot back.
     ///
     /// # Errors
-    /// [`CheckpointError::Mismatch`] when it is of another program; [`CheckpointError::Store`] when it
-    /// lacks the store of a part that cannot be saved.
+    /// [`CheckpointError::Mismatch`] if it belongs to another program; [`CheckpointError::Store`] if it lacks the store of a part that cannot be
+    /// saved.
     pub fn load_from(&mut self, s: &Snapshot) -> Result<(), CheckpointError> {
         if s.program != self.program().hash() {
             let why = "parameters, rates or wires differ".to_string();
@@ -70,7 +69,7 @@ impl Simulation {
         })
     }
 
-    /// The state as a checkpoint; `configuration` rebuilds the simulation.
+    /// Returns the state as a checkpoint; `configuration` is the text from which the simulation can be rebuilt.
     ///
     /// # Errors
     /// [`CheckpointError::Store`] when a model's store cannot be written.
@@ -110,7 +109,7 @@ impl Simulation {
         s.x.iter().chain(&s.d).chain(&s.sig).flat_map(|v| v.to_le_bytes()).collect()
     }
 
-    /// Takes a checkpoint of the same plan.
+    /// Restores a checkpoint of the same plan.
     ///
     /// # Errors
     /// [`CheckpointError::Mismatch`] naming the lanes that differ; [`CheckpointError::Store`].
@@ -190,7 +189,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Hash of tick, lanes, stores and pins: equal hashes, equal bits.
+    /// Returns a hash of tick, lanes, stores and pins; equal hashes mean bit-identical states.
     pub fn hash(&self) -> u64 {
         let s = &self.state;
         let mut bytes = s.tick.to_le_bytes().to_vec();
@@ -208,7 +207,7 @@ impl Simulation {
     }
 }
 
-/// What in a checkpoint of this plan no run can have written: numbers that are none, instants that are not between two rows.
+/// Returns the first value in a checkpoint of this plan that no run can have written, such as NaN or an instant that is not between two rows.
 fn impossible(c: &Checkpoint, plan: &Plan) -> Option<String> {
     let Instant { since, micro, memory, entered, phase } = &c.instant;
     let gap = plan.base.times(plan.table[c.row as usize].gap);
@@ -263,11 +262,11 @@ fn impossible(c: &Checkpoint, plan: &Plan) -> Option<String> {
         .map(|(path, y)| format!("`{path}` is pinned to {y}"))
 }
 
-/// Longest simulated time (s) and events at one instant that are believed.
+/// Largest plausible simulated time (s) and number of events at one instant.
 const TIME_MAX: f64 = 1e15;
 const EVENTS_MAX: u32 = 1001;
 
-/// That every store of a plan can be saved.
+/// Checks that every store of a plan can be saved.
 fn savable(plan: &Plan) -> Result<(), CheckpointError> {
     for part in plan.stored.iter().map(|&k| &plan.parts[k as usize]) {
         let can = part.prototype.can_save();
@@ -276,7 +275,7 @@ fn savable(plan: &Plan) -> Result<(), CheckpointError> {
     Ok(())
 }
 
-/// Names of the states, in the order of their lanes.
+/// Returns the names of the states in the order of their lanes.
 fn layout(plan: &Plan) -> Vec<String> {
     let mut names = vec![String::new(); plan.sizes.x + plan.sizes.d];
     for (path, v) in &*plan.lanes {

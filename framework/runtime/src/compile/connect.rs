@@ -1,4 +1,4 @@
-//! Wires: every input lane gets one source lane; reductions get many.
+//! Wires: every input lane has one source lane; reductions have several.
 use super::arrivals::Arrivals;
 use super::connections::{Connections, Link, Tear};
 use super::find::{Finder, FoundPort};
@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 struct Connector<'a, 'b, 'w> {
     finder: Finder<'a, 'b>,
     arrivals: Arrivals,
-    /// Of each link, as its writer wrote it.
+    /// Text of each link, as the user wrote it.
     texts: Vec<&'w str>,
     out: Connections,
 }
@@ -152,7 +152,7 @@ impl<'w> Connector<'_, '_, 'w> {
         Ok(())
     }
 
-    /// `n` lanes of the reader from `lane` on get those from the link's source on.
+    /// Connects `n` lanes of the reader from `lane` on to the lanes from the link's source on.
     fn link(&mut self, link: Link, text: &'w str, (lane, n): (usize, usize)) {
         for k in 0..n {
             let at = self.out.links.len();
@@ -162,7 +162,7 @@ impl<'w> Connector<'_, '_, 'w> {
         self.texts.push(text);
     }
 
-    /// Lanes for what a wire carries whose values are sought; they start at the default of the input.
+    /// Allocates lanes for the unknown values of a wire that is solved for; they start at the default of the input.
     fn tear(
         &mut self,
         wire: &WireSpec,
@@ -191,7 +191,7 @@ impl<'w> Connector<'_, '_, 'w> {
         Ok(sought)
     }
 
-    /// A wire between a part and the host; both ports exist and are of one kind.
+    /// Adds a wire between a part and the host; both ports exist and are of the same kind.
     fn bound(&mut self, host: usize, wire: &'w HostWire, faults: &mut Vec<Fault>) {
         let Some(part) = self.finder.part(&wire.part) else { return };
         let (Some(far), Some(near)) = (
@@ -228,7 +228,7 @@ impl<'w> Connector<'_, '_, 'w> {
     }
 }
 
-/// Units of the first of `n` lanes of two ports that are of different quantities.
+/// Returns the units of the first of `n` lanes of two ports that have different quantities.
 fn unlike(
     (from, a): (&PortSpec, usize),
     (to, b): (&PortSpec, usize),
@@ -241,7 +241,7 @@ fn unlike(
     differ.find(|(a, b)| !quantity(a).same_quantity(&quantity(b)))
 }
 
-/// The links as a plan lists them.
+/// Returns the links in the form of the list of a plan.
 pub(super) fn listing(links: Vec<Link>, parts: &[Part<'_>], order: &Order) -> Vec<WirePlan> {
     let listed = |l: Link| {
         let held = parts.get(l.reader).is_none_or(|p| p.wiring.period == 0);

@@ -9,19 +9,19 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Longest delay in samples: beyond it somebody mistook seconds for samples.
+/// Maximum delay in samples; a longer one was probably meant in seconds.
 const SAMPLES_MAX: u32 = 100_000;
 
-/// The wires, with each delayed one in two, and the parts between them.
+/// The wires, where each delayed wire is replaced by two wires and a part between them.
 pub(super) struct Delays<'a> {
     /// Wires of the specification, and those to and from the parts of delays.
     pub wires: Cow<'a, [WireSpec]>,
-    /// One for each delayed wire; its place in [`Delays::of`].
+    /// For each delayed wire: its index in [`Delays::of`].
     pub specs: Vec<PartSpec>,
     of: Vec<&'a WireSpec>,
 }
 
-/// Names the parts of delayed wires. Their rates follow from the two ends.
+/// Creates the parts of delayed wires. The rates of the parts follow from the two ends.
 pub(super) fn split<'a>(spec: &'a Spec) -> Delays<'a> {
     let delayed = |w: &&WireSpec| matches!(w.timing, WireTiming::Delayed { .. });
     let mut of: Vec<&WireSpec> = spec.wires.iter().filter(delayed).collect();
@@ -62,7 +62,7 @@ pub(super) fn split<'a>(spec: &'a Spec) -> Delays<'a> {
     Delays { wires: Cow::Owned(wires), specs, of }
 }
 
-/// The part that an end names: `IMU.accel.x` arrives as part `IMU.accel`.
+/// Returns the part that an end names: `IMU.accel.x` arrives as part `IMU.accel`.
 fn owner<'a>(end: &PortRef, find: &impl Fn(&str) -> Option<&'a PartSpec>) -> Option<&'a PartSpec> {
     let mut path = end.part.as_str();
     loop {
@@ -74,7 +74,7 @@ fn owner<'a>(end: &PortRef, find: &impl Fn(&str) -> Option<&'a PartSpec>) -> Opt
 }
 
 impl Delays<'_> {
-    /// Puts the parts among the others.
+    /// Inserts the parts among the others.
     pub fn add<'b>(&'b self, parts: &mut Vec<Part<'b>>, faults: &mut Vec<Fault>) {
         if self.specs.is_empty() {
             return;

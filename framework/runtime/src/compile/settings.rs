@@ -12,7 +12,7 @@ use linkwork_integrate::{Control, Limits, Norm, Tolerances};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Ranges of lanes of all parts, the empty ones left out.
+/// Ranges of lanes of all parts, without empty ones.
 pub(super) fn lanes_of(
     parts: &[Part<'_>],
     range: impl Fn(&Description, usize) -> Range<usize>,
@@ -41,7 +41,7 @@ pub(super) fn stepped_outputs(parts: &[Part<'_>]) -> Vec<Range<usize>> {
     all.filter(|r| !r.is_empty()).collect()
 }
 
-/// Parts that ask a service of places at the nodes that are bound to them: air, ground.
+/// Returns the parts that query a service (air, ground) at the positions of the nodes to which they are bound.
 pub(super) fn asked(parts: &[Part<'_>], services: &Services) -> Vec<ServiceQuery> {
     let mut all = Vec::new();
     for (k, part) in parts.iter().enumerate() {

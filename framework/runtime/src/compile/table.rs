@@ -1,4 +1,4 @@
-//! Rates: the common tick, and the static table of what is due when.
+//! Rates: the common tick, and the static table of the work that is due at each row.
 use super::flat::Variability;
 use super::order::Order;
 use super::part::Part;
@@ -181,7 +181,7 @@ fn work_at(at: u64, parts: &[Part<'_>], order: &Order, fields: &[FieldPlan]) -> 
     TickWork { ops, updates, fields: fields.into_iter().map(|(k, _)| k).collect(), refresh }
 }
 
-/// The greatest tick of which the step and all periods and offsets are multiples.
+/// Returns the greatest tick of which the step and all periods and offsets are multiples.
 pub(crate) fn common_tick(spec: &Spec) -> Option<Seconds> {
     let times = spec.parts.iter().flat_map(|p| p.rate.into_iter().chain([p.offset]));
     times.filter(|t| t.num > 0).try_fold(spec.step, Seconds::common)

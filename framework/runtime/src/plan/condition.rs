@@ -11,10 +11,9 @@
 //! product = factor { ("*" | "/") factor }
 //! factor = "-" factor | number [unit] | "time" | "phase_time" | path | "abs(" sum ")" | "(" sum ")"
 //! ```
-//! A condition has a value, and holds where the value is not negative; the instant from which it holds is therefore
-//! where a continuous number reaches zero. `<=` and `>=` hold where both sides are equal. `<` and `>` do not: their value is the
-//! negative number next to zero there. Both sides of a test have the same quantity. A unit may have blanks: `10 N m`.
-//! `time` is the simulated time, `phase_time` the time since the present phase began.
+//! A condition has a value and is true where the value is not negative; it therefore becomes true at the instant at which a continuous value reaches
+//! zero. `<=` and `>=` are true if both sides are equal. `<` and `>` are then false: their value is the negative number next to zero. Both sides of a
+//! test have the same quantity. A unit may have blanks: `10 N m`. `time` is the simulated time, `phase_time` the time since the present phase began.
 use crate::author::units::Unit;
 use crate::author::value::remedy;
 use crate::author::variable::{Place, Variable};
@@ -37,7 +36,7 @@ enum Code {
     Value(Place),
     Negate,
     Abs,
-    /// Zero becomes the negative number next to it: a strict test does not hold there.
+    /// Replaces zero by the negative number next to it, so that a strict test is false there.
     Strict,
     Add,
     Subtract,
@@ -56,12 +55,12 @@ pub struct Times {
     pub phase: f64,
 }
 
-/// The place of a variable that a phase does not have.
+/// Index for a variable that a phase does not have.
 const ABSENT: Place = Place::Channel(u32::MAX);
 
 /// Deepest stack of an evaluation; deeper conditions are rejected.
 const DEPTH: usize = 16;
-/// Most brackets, signs and `not` within each other.
+/// Maximum number of nested brackets, signs and `not`.
 const NESTED: usize = 64;
 
 /// Why a condition was refused.
@@ -80,7 +79,7 @@ impl Condition {
     /// Reads a condition over these variables.
     ///
     /// # Errors
-    /// The first thing that cannot be read, an unknown variable, or two sides of different quantities.
+    /// The text has a syntax error (the first is returned), an unknown variable, or two sides of different quantities.
     pub fn parse(
         text: &str,
         variables: &BTreeMap<String, Variable>,
@@ -91,7 +90,7 @@ impl Condition {
     /// Reads a condition for a phase that may not have all of its variables: what tests a variable that is absent does not hold.
     ///
     /// # Errors
-    /// As [`Condition::parse`], but for unknown variables.
+    /// The errors of [`Condition::parse`] except unknown variables.
     pub fn parse_partly(
         text: &str,
         variables: &BTreeMap<String, Variable>,
@@ -125,7 +124,7 @@ impl Condition {
         Ok(Condition { text: text.to_string(), code: reader.code })
     }
 
-    /// Not negative where it holds; NaN where a variable that decides is absent or NaN.
+    /// Returns a value that is not negative if the condition is true, and NaN if a decisive variable is absent or NaN.
     #[inline]
     pub fn value(&self, t: Times, x: &[f64], d: &[f64], sig: &[f64]) -> f64 {
         self.margin(t, |place| match place {
@@ -137,7 +136,7 @@ impl Condition {
         })
     }
 
-    /// Whether it holds, with the value of each place. It does not hold where a variable that decides is NaN.
+    /// Returns whether the condition is true for the given value of each place. It is false if a decisive variable is NaN.
     #[inline]
     pub fn holds(&self, t: Times, value: impl Fn(Place) -> f64) -> bool {
         self.margin(t, value) >= 0.0
@@ -185,7 +184,7 @@ impl Condition {
         stack[0]
     }
 
-    /// The lanes that it reads.
+    /// Returns the lanes that the condition reads.
     pub fn places(&self) -> impl Iterator<Item = Place> + '_ {
         self.code.iter().filter_map(|c| match c {
             Code::Value(place) => Some(*place),
@@ -193,12 +192,12 @@ impl Condition {
         })
     }
 
-    /// Whether it tests the time since the phase began.
+    /// Returns whether it tests the time since the phase began.
     pub fn tests_phase_time(&self) -> bool {
         self.code.contains(&Code::PhaseTime)
     }
 
-    /// Whether it changes with time by itself.
+    /// Returns whether it tests the time.
     pub fn timed(&self) -> bool {
         self.code.iter().any(|c| matches!(c, Code::Time | Code::PhaseTime))
     }
@@ -210,10 +209,10 @@ struct Reader<'a> {
     text: &'a str,
     rest: &'a str,
     variables: &'a BTreeMap<String, Variable>,
-    /// Unknown variables are absent ones.
+    /// Accepts unknown variables as absent.
     partly: bool,
     code: Vec<Code>,
-    /// Numbers on the stack: now, at the most.
+    /// Numbers on the stack: present and maximum.
     depth: (usize, usize),
     /// Brackets, signs and `not` that are open.
     nested: usize,
@@ -457,7 +456,7 @@ impl<'a> Reader<'a> {
         Ok(unit)
     }
 
-    /// A unit with the words behind it that belong to it, as in `N m` or `N m s/rad`.
+    /// Reads a unit of one or more words, such as `N m` or `N m s/rad`.
     fn longer(&mut self, mut unit: Unit, after: &'a str, mut end: usize) -> Unit {
         loop {
             let next = after[end..].trim_start();
@@ -553,7 +552,7 @@ mod tests {
         assert_eq!(value("A.mach * 1e2 > 1.2e+2"), 30.0);
     }
 
-    /// Tests with equality hold where both sides are equal, strict ones do not; `not` turns one into the other.
+    /// With equal sides, tests with equality are true and strict tests are false; `not` turns one into the other.
     #[test]
     fn equality_holds_where_it_is_written() {
         let holds = |text: &str| value(text) >= 0.0;

@@ -34,7 +34,7 @@ pub trait Consumer: Send {
     /// # Errors
     /// Returns a message; the recorder ends, and the run receives the error at its next sample.
     fn row(&mut self, row: &Sample) -> Result<(), String>;
-    /// Takes a change of a variable at the tick whose rows come next.
+    /// Receives a change of a variable at the tick whose rows come next.
     ///
     /// # Errors
     /// Returns a message; the recorder ends.
