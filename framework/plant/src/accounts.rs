@@ -9,8 +9,8 @@
 //! P_surface  surfaces that move over their bodies, smooth contact: friction times their velocity
 //! P_given    prescribed hinges: the torque that their motion takes, times their rate
 //! ```
-//! Impulses of contact, masses that change, prescribed gaps of loops and machines that move by kinematics are not counted: their energy is the
-//! residual.
+//! The energies of contact impulses, variable masses, prescribed gaps of loops and machines that move by kinematics are not included; they appear in
+//! the residual.
 use crate::block::{MechanismBlock, NEVER};
 use crate::frame::Frame;
 use crate::plan::MechanismPlan;
@@ -43,7 +43,7 @@ pub(crate) fn of(plan: &MechanismPlan) -> OwnAccounts {
 }
 
 impl MechanismBlock {
-    /// The numbers of [`of`] at the state of the last evaluation.
+    /// Returns the values of [`of`] at the state of the last evaluation.
     pub(crate) fn count(&mut self, now: &EvalTime, x: &[f64], sig: &[f64], out: &mut [f64]) {
         let evaluated = self.at != NEVER;
         let plan = self.plan.clone();
@@ -75,7 +75,7 @@ impl MechanismBlock {
         out.copy_from_slice(&[kinetic, potential, springs, hinges, field, given, surfaces]);
     }
 
-    /// Power of the wrenches that parts exert (W).
+    /// Returns the power of the wrenches that parts exert (W).
     fn work_of_parts(&self, sig: &[f64]) -> f64 {
         let plan = &*self.plan;
         let Some(ud) = self.w.ud.get(10 * plan.ports.masses.len()..) else { return 0.0 };

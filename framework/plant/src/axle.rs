@@ -5,10 +5,10 @@ use linkwork_multibody::{Multibody, SubhingeKind};
 use linkwork_runtime::{Bound, Fault, Lowering};
 use linkwork_spatial::{Pose, Vec3};
 
-/// Between the axle and the hinge; camber and toe are less.
+/// Largest angle between axle and hinge without a warning; camber and toe are smaller.
 const ANGLE_MAX: f64 = 20.0;
 
-/// Warns when the first hinge inboard of a node that moves is one pin, and not about the axle.
+/// Warns if the first movable hinge inboard of a node is a single pin whose axis is not the axle.
 pub(crate) fn check(
     mb: &Multibody,
     b: &Bound<'_>,

@@ -4,14 +4,15 @@
 //! near      the independence of the rows is below 0.1: links are in line within about 6 degrees
 //! jump      max |β₁ − β₀| > 0.1 max |β₀|          β₀, β₁: rates before and after the projection
 //! ```
-//! A parallelogram whose links are in line may continue as a parallelogram or as an anti-parallelogram: positions and constraints
-//! permit both, rates only one. A step follows that one within its error, and the projection at its end removes this error alone. So a
-//! projection that changes the rates by a large part shows that the step was too long: it ended on the other branch, or stopped there.
+//! A parallelogram whose links are in line may continue as a parallelogram or as an anti-parallelogram: positions and constraints permit both, but
+//! the rates permit only one. A sufficiently short step follows this branch within its error, and the projection at its end removes only this error.
+//! Therefore a projection that changes the rates by a large fraction shows that the step was too long: it ended on the other branch, or stopped
+//! there.
 use crate::plan::MechanismPlan;
 use linkwork_runtime::Failure;
 use linkwork_solvers::NEAR;
 
-/// Part of the rates that a projection may change there.
+/// Fraction of the rates that a projection may change there.
 const RATES: f64 = 0.1;
 
 fn greatest(x: impl Iterator<Item = f64>) -> f64 {

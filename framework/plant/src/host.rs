@@ -1,4 +1,4 @@
-//! The mechanism as what parts bind to: it lowers bindings to ports and wires.
+//! The mechanism as the host of bindings: it converts bindings to ports and wires.
 use crate::part::MechanismPart;
 use crate::ports::MechanismPorts;
 use crate::spec::{MechanismSpec, RollingOn};
@@ -15,8 +15,8 @@ use linkwork_spatial::{Pose, Quat, Vec3, nalgebra};
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// A terrain as a collider of the world: triangles between the points of its grid, smooth for what rolls, with the friction of its soil at each place;
-/// without a soil `friction`.
+/// Converts a terrain to a collider of the world: triangles between the points of its grid, smooth for rolling bodies, with the friction of its soil
+/// at each point; without a soil with `friction`.
 fn ground(terrain: &Arc<dyn Terrain>, friction: Option<f64>) -> Result<ColliderSpec, BuildError> {
     if friction.is_none() {
         terrain.needs_soil().map_err(|e| {
@@ -86,7 +86,8 @@ impl Host for MechanismSpec {
 }
 
 /// A warning for a start on an orbit that passes through the central body, or inside of it: lengths without a unit are metres, and
-/// `semi_major_axis: 7000` is easily written for 7000 km. What starts in named axes or over the ground may be an ascent or an entry.
+/// `semi_major_axis: 7000` is easily written for 7000 km. Starts in named axes or over the ground are not checked, because they may be an ascent or
+/// an entry.
 fn through_the_body(world: &dyn World, s: &BodyStart, (p, v): (Vec3, Vec3)) -> Option<Fault> {
     if let Axes::Level(_) = world.axes() {
         return None;
@@ -125,7 +126,7 @@ fn through_the_body(world: &dyn World, s: &BodyStart, (p, v): (Vec3, Vec3)) -> O
 }
 
 impl MechanismSpec {
-    /// Puts bodies where the world has their starts.
+    /// Sets bodies to the starts that the world computes.
     fn begin(&mut self, services: &Services, out: &mut Lowering<'_>) {
         let Some(world) = services.world() else {
             for s in &self.starts {
@@ -161,13 +162,13 @@ impl MechanismSpec {
         }
     }
 
-    /// The shapes that meet, of either kind of contact.
+    /// Returns the colliders, for either kind of contact.
     pub(crate) fn colliders(&self) -> Option<&Colliders> {
         let impulses = self.contact.as_ref().map(|c| &c.colliders);
         impulses.or(self.compliant.as_ref().map(|c| &c.0)).map(|c| &**c)
     }
 
-    /// The machines that roll, with their ground.
+    /// Returns the machines that roll, with their ground.
     fn rolling(
         &self,
         services: &Services,
@@ -188,7 +189,7 @@ impl MechanismSpec {
         }
     }
 
-    /// Tractions are for the wheels of machines that are quasi-static, and each of these has one.
+    /// Checks that exactly the wheels of quasi-static machines have tractions.
     fn tractions(&self, ports: &MechanismPorts, out: &mut Lowering<'_>) {
         let (origin, wheels) = match &self.kinematic {
             Some(spec) if spec.quasi_static => {
@@ -220,7 +221,7 @@ impl MechanismSpec {
         }
     }
 
-    /// Bodies with a collider, or that roll, in their order.
+    /// Returns the bodies with a collider, and those that roll, in their order.
     pub(crate) fn touched(&self) -> Vec<BodyId> {
         let Some(spec) = &self.kinematic else { return crate::touch::touched(self.colliders()) };
         let wheels = spec.vehicles.iter().flat_map(|v| v.wheels.iter().map(|w| w.0));
@@ -230,7 +231,7 @@ impl MechanismSpec {
         all
     }
 
-    /// A part that reads what a body touches wants one that can touch something.
+    /// Reports parts that read the touch port of a body that cannot touch anything.
     fn touches(&self, bound: &[Bound<'_>], out: &mut Lowering<'_>) {
         let touched = self.touched();
         for b in
@@ -249,7 +250,7 @@ impl MechanismSpec {
         }
     }
 
-    /// A part that moves the surface of a body needs one that can touch something, and is alone in saying how the surface moves.
+    /// Checks that a body whose surface a part moves can touch something, and that no other part moves this surface.
     fn conveys(&self, bound: &[Bound<'_>], out: &mut Lowering<'_>) {
         let moves =
             |b: &&Bound<'_>| b.ports.iter().any(|(p, _)| p.kind == PortKind::SurfaceVelocity);
@@ -282,7 +283,7 @@ impl MechanismSpec {
         }
     }
 
-    /// With the terrain among the colliders, when contact meets one.
+    /// Returns the specification with the terrain among the colliders, if contact uses a terrain.
     fn on_terrain(&self, services: &Services, out: &mut Lowering<'_>) -> Cow<'_, MechanismSpec> {
         let here = Cow::Borrowed(self);
         let named = self.terrain.as_deref();
@@ -345,7 +346,7 @@ impl MechanismSpec {
         }
     }
 
-    /// Warns of wheels that their model and their shape carry on the same ground.
+    /// Warns of wheels that both their model and their shape support on the same ground.
     fn twice(&self, bound: &[Bound<'_>], out: &mut Lowering<'_>) {
         let Some(colliders) = self.colliders() else { return };
         let Some(terrain) = colliders.find(TERRAIN) else { return };
@@ -364,7 +365,7 @@ impl MechanismSpec {
         }
     }
 
-    /// Warns of free bodies that carry others and have no mass, with what is fixed to them: most often it was forgotten.
+    /// Warns of free bodies without mass that carry others, because the mass was probably forgotten; bodies fixed to them count, too.
     fn find_massless(&self, out: &mut Lowering<'_>) {
         let bodies = self.multibody.bodies();
         for (id, body) in self.multibody.body_ids().zip(bodies).filter(|(_, b)| b.is_free()) {
@@ -382,7 +383,7 @@ impl MechanismSpec {
         }
     }
 
-    /// The named field, or the only one; none when there is none, or `"none"` is written.
+    /// Returns the named gravity field or the only one; `None` if there is none or `"none"` is written.
     fn find_gravity(
         &self,
         services: &Services,

@@ -1,4 +1,4 @@
-//! Settings of hinges, and whether they act in this phase.
+//! Returns the settings of hinges, and whether they act in this phase.
 //!
 //! ```text
 //! prescribed hinge         the motion is given, so spring, damping, friction and limits do not act
@@ -11,7 +11,7 @@ use linkwork_multibody::{BallLimits, Coordinate, Friction, Spring, Stop, Subhing
 use linkwork_runtime::Setting;
 use linkwork_solvers::JointLimits;
 
-/// Whether a subhinge has limits of its position.
+/// Returns whether a subhinge has position limits.
 pub(crate) fn limited(s: &Subhinge) -> bool {
     s.limits.lower.is_finite() || s.limits.upper.is_finite() || s.ball != BallLimits::NONE
 }

@@ -1,4 +1,4 @@
-//! The variables of a mechanism, named by their body: `<body>.angle`, `<body>.rate`.
+//! The variables of a mechanism, named after their body: `<body>.angle`, `<body>.rate`.
 use crate::plan::MechanismPlan;
 use linkwork_multibody::BodyId;
 use linkwork_multibody::{Body, SubhingeKind};
@@ -83,7 +83,7 @@ const FREE: [&[Lane]; 3] = [
     ],
 ];
 
-/// Names of the coordinates, rates and accelerations of a subhinge.
+/// Returns the names of the coordinates, rates and accelerations of a subhinge.
 fn lanes(kind: SubhingeKind) -> [&'static [Lane]; 3] {
     match kind {
         SubhingeKind::Pin { .. } | SubhingeKind::Screw { .. } => {
@@ -185,7 +185,7 @@ fn loop_motions(all: &mut Vec<Named>, m: &MechanismPlan, w: &Wiring) {
     }
 }
 
-/// Names, units and meaning of the lanes of all bodies.
+/// Returns names, units and descriptions of the lanes of all bodies.
 pub(crate) fn touch_names(
     plan: &MechanismPlan,
 ) -> impl Iterator<Item = (String, &'static str, String)> {
@@ -201,7 +201,7 @@ pub(crate) fn touch_names(
     })
 }
 
-/// Names, units and meaning of the lanes of all pairs.
+/// Returns names, units and descriptions of the lanes of all pairs.
 pub(crate) fn pair_names(
     plan: &MechanismPlan,
 ) -> impl Iterator<Item = (String, &'static str, String)> {
@@ -220,7 +220,7 @@ pub(crate) fn pair_names(
     })
 }
 
-/// Names, units and meaning of the lanes of all hinges.
+/// Returns names, units and descriptions of the lanes of all hinges.
 pub(crate) fn load_names(plan: &MechanismPlan) -> Vec<(String, &'static str, String)> {
     let mut out = Vec::new();
     for r in &plan.loads {

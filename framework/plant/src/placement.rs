@@ -44,7 +44,7 @@ fn error<T>(message: String, help: &str) -> Result<T, PlaceError> {
     Err(PlaceError { message, help: help.to_string() })
 }
 
-/// A machine whose wheels just touch the ground and which has not settled yet.
+/// Pose of a machine whose wheels just touch the ground, before it settles.
 #[derive(Clone, Debug)]
 #[must_use = "give it to `settle_placed`"]
 pub struct Placed {

@@ -1,4 +1,4 @@
-//! Why a start cannot be closed, in words: which values do not fit together, and what would.
+//! Message for a start that cannot be closed: the values that do not fit together, and values that would.
 use crate::plan::MechanismPlan;
 use linkwork_multibody::BodyId;
 use linkwork_runtime::doc::number;
@@ -6,7 +6,7 @@ use linkwork_runtime::{Fault, Origin};
 use linkwork_solvers::{ROUNDED, StartError};
 
 impl MechanismPlan {
-    /// The fault of a start that cannot be closed, at the first body whose values do not fit, or at the constraint.
+    /// Returns the fault for a start that cannot be closed, at the first body whose values do not fit, or at the constraint.
     pub(crate) fn cannot_start(&self, e: &StartError) -> Fault {
         let m = &self.multibody;
         let (name, id) = &e.constraint;
