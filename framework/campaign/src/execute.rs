@@ -53,7 +53,7 @@ enum WorkerMessage {
     Error(CampaignError),
 }
 
-/// Makes all runs that have not ended yet. Returns true if all runs have ended, false if it was stopped.
+/// Executes all runs that have not ended yet. Returns true if all runs have ended, false if it was stopped.
 ///
 /// # Errors
 /// [`CampaignError`]. Runs that have ended are in the journal.

@@ -2,7 +2,7 @@
 //!
 //! An author writes each function with the arguments that it reads, in any order. The names of the arguments decide what they
 //! receive. The macro moves these functions to an inherent `impl` and writes the functions of the trait, which take all
-//! arguments and call them. Tests of the same crate therefore call a function as it is written: `motor.feedthrough(&x, &u)`.
+//! arguments and call them. Tests of the same crate can therefore call the function directly: `motor.feedthrough(&x, &u)`.
 use crate::{doc_of, part_type, runtime};
 use proc_macro2::{Group, TokenStream as Tokens, TokenTree};
 use quote::{ToTokens, format_ident, quote};

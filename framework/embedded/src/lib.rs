@@ -25,7 +25,7 @@
 //! [`Timing`] time-parameterizes a path: minimum time within limits of rate, acceleration and effort, including held objects. [`Transfer`] plans a
 //! jerk-limited motion between any two states. [`RateControl`] and [`WholeBody`] compute rates and forces for tasks in order of priority, avoid
 //! limits and singular configurations, and keep contacts pressed and free of slip. [`TaskSpace`] provides operational space and impedance control.
-//! [`support_polygon`] computes where a robot stands stably.
+//! [`support_polygon`] computes the region of centres of mass in which a robot stands stably.
 //!
 //! Angular part first, world axes, SI units and radians throughout. Columns are the degrees of freedom of the mechanism in canonical order
 //! ([`RobotModel::coordinate`] returns a joint's), or the degrees of freedom of a part in the same order.

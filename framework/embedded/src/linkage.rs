@@ -16,7 +16,7 @@ pub(crate) const ROOT_Q: usize = 7;
 #[derive(Debug)]
 pub(crate) struct Linkage {
     pub tree: Tree,
-    /// How each body is connected to the object.
+    /// Connection of each body to the object.
     pub links: Vec<Link>,
     /// For each body the first body of the group that is welded to it, and pairs of such groups that a hinge joins.
     pub group: Vec<usize>,

@@ -357,8 +357,8 @@ impl Edit {
         Ok(self.accept(after, body, Some(body), &[body]))
     }
 
-    /// Performs [`Edit::reroot`] and [`Edit::attach`]: puts a body on a new hinge together with the *whole* free tree to which it belongs, regardless
-    /// of its structure.
+    /// Performs [`Edit::reroot`] and [`Edit::attach`]: attaches a body by a new hinge together with the *whole* free tree to which it belongs,
+    /// regardless of its structure.
     ///
     /// # Errors
     /// The errors of both.

@@ -178,7 +178,7 @@ impl Robot {
     ///
     /// # Errors
     /// [`RobotError::Length`]; [`RobotError::NotFinite`]; [`RobotError::OpensClosure`]; [`RobotError::OutOfRange`] for `least` outside 1e-9 … 1, and
-    /// for an end of the path beyond the limits of a slider, because the bound of how far a rotation moves a collider uses these limits.
+    /// for an end of the path beyond the limits of a slider, because the bound on the displacement of a collider by a rotation uses these limits.
     pub fn path_free(&mut self, qa: &[f64], qb: &[f64], least: f64) -> Result<Path, RobotError> {
         let mut progress = PathProgress::default();
         loop {

@@ -45,7 +45,7 @@ struct Values<'e> {
     beyond: Option<&'e str>,
 }
 
-/// How the activation follows the control.
+/// Activation dynamics: how the activation follows the control.
 #[derive(Clone, Copy, PartialEq)]
 enum Dynamics {
     None,

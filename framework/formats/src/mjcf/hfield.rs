@@ -5,7 +5,8 @@
 //! height   Z (h − h_min) / (h_max − h_min)      in 32 bits until Z, as in MuJoCo; 0 if all are equal
 //! mass     that of a box of 2X × 2Y × (Z/2 + base), centred in the frame of the geom
 //! ```
-//! `elevation` and images begin with the row of the largest y, MuJoCo's own files with that of the smallest y. Of an image, 8 bits are used.
+//! `elevation` and images begin with the row of the largest y, MuJoCo's own files with that of the smallest y. For an image, 8 bits per pixel are
+//! used.
 
 use super::{Classed, Mj};
 use crate::error::{FaultKind, FilePlace};

@@ -1,4 +1,4 @@
-//! `linkwork new`: creates a simulation, a rover, a model or a library that runs and is tested as it is.
+//! `linkwork new`: creates a simulation, a rover, a model or a library that runs and passes its tests without changes.
 //!
 //! The templates are in `framework/program/templates`; words between `@` are replaced. Existing files are never overwritten.
 mod library;

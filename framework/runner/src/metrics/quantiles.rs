@@ -122,7 +122,7 @@ impl Quantiles {
     }
 }
 
-/// Merges two values. Unless they are equal, the result stands for all values between them.
+/// Merges two values. If they are different, the result stands for all values between them.
 fn joined(a: Mass, b: Mass) -> Mass {
     let time = a.1 + b.1;
     let moving = if a.0 == b.0 { a.2 + b.2 } else { time };
