@@ -45,10 +45,10 @@ pub struct BushingIn {
 /// Forces and displacement.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BushingOut {
-    /// On a.
+    /// Load on a.
     #[port(bind = "a")]
     pub on_a: Wrench,
-    /// On b.
+    /// Load on b.
     #[port(bind = "b")]
     pub on_b: Wrench,
     /// Force on b, axes of a.

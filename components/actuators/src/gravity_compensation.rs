@@ -32,7 +32,7 @@ pub struct GravityCompensationIn {
 /// Load.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct GravityCompensationOut {
-    /// On the body.
+    /// Load on the body.
     #[port(bind = "body")]
     pub load: Wrench,
 }

@@ -150,10 +150,10 @@ pub struct DifferentialIn {
 /// Two torques.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct DifferentialOut {
-    /// On the left rocker.
+    /// Torque on the left rocker.
     #[port(bind = "left")]
     pub left_torque: HingeTorque,
-    /// On the right rocker.
+    /// Torque on the right rocker.
     #[port(bind = "right")]
     pub right_torque: HingeTorque,
     /// Error of the constraint.

@@ -36,10 +36,10 @@ pub struct StrutIn {
 /// Forces and length.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct StrutOut {
-    /// On a.
+    /// Load on a.
     #[port(bind = "a")]
     pub on_a: Wrench,
-    /// On b.
+    /// Load on b.
     #[port(bind = "b")]
     pub on_b: Wrench,
     /// Force; positive pulls the ends together, negative pushes them apart.

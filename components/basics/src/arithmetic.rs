@@ -35,7 +35,7 @@ impl Model for Gain {
     }
 }
 
-/// Nothing to set.
+/// The model has no parameters.
 #[derive(Params, Clone, Debug)]
 pub struct NoParams {}
 
@@ -73,7 +73,7 @@ impl Model for Product {
     }
 }
 
-/// Where a quotient means nothing.
+/// Range of a quotient.
 #[derive(Params, Clone, Debug)]
 pub struct QuotientParams {
     /// Least |b|, SI: the output is 0 where |b| is less, or is zero.
@@ -272,7 +272,7 @@ impl Model for Lookup {
 /// Threshold.
 #[derive(Params, Clone, Debug)]
 pub struct ComparatorParams {
-    /// How far `a` must exceed `b`.
+    /// Difference by which `a` must exceed `b`.
     #[param(default = 0.0)]
     pub threshold: f64,
 }

@@ -37,7 +37,7 @@ pub struct Fall {
     pub speed: f64,
 }
 
-/// What impacts leave behind.
+/// Counters of impacts.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Impacts {
     /// Impacts so far.
@@ -124,15 +124,15 @@ pub struct RelayParams {
     pub on: f64,
     /// Input at and below which the relay is off; if it equals `on`, the relay is on there.
     pub off: f64,
-    /// On at the start.
+    /// The relay is on at the start.
     #[param(default = false)]
     pub start: bool,
 }
 
-/// On or off.
+/// State of the relay.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Switched {
-    /// On.
+    /// The relay is on.
     #[port]
     pub on: bool,
 }

@@ -7,7 +7,7 @@
 use crate::ports::{Input, One, Output};
 use linkwork_runtime::prelude::*;
 
-/// Nothing to set.
+/// The model has no parameters.
 #[derive(Params, Clone, Debug)]
 pub struct SampledParams {}
 

@@ -77,7 +77,7 @@ pub struct StepParams {
     pub after: f64,
 }
 
-/// Whether a source has passed its time.
+/// State of a source that changes at a time.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Begun {
     /// The time has been reached.

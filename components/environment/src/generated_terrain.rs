@@ -7,7 +7,7 @@ use crate::soil_map::{SoilMap, SoilPatch, SoilRaster};
 use crate::terrain::GridTerrain;
 use linkwork_runtime::prelude::*;
 
-/// What to generate.
+/// Parameters of generated terrain.
 #[derive(Params, Clone, Debug)]
 pub struct GeneratedParams {
     /// Seed; equal seeds give the same terrain.

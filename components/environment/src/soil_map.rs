@@ -31,7 +31,7 @@ pub struct SoilRaster {
     /// x_min, y_min, x_max, y_max of the image's edges, m; default: the bounds of the terrain.
     #[param(default = None)]
     pub bounds: Option<[f64; 4]>,
-    /// What each number means.
+    /// Soil of each number.
     pub soils: Vec<SoilNumber>,
 }
 
@@ -85,7 +85,7 @@ pub struct SoilMap {
 }
 
 impl SoilMap {
-    /// One soil everywhere.
+    /// Creates a map with the same soil everywhere.
     pub fn uniform(soil: Soil) -> SoilMap {
         SoilMap { soils: vec![soil], cells: None, patches: Vec::new() }
     }

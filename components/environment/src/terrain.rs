@@ -59,7 +59,7 @@ pub struct GridTerrain {
 }
 
 impl GridTerrain {
-    /// Its heights.
+    /// Returns its heights.
     pub fn field(&self) -> &HeightField {
         &self.field
     }

@@ -32,7 +32,7 @@ pub struct DragParams {
 /// The body.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct DragIn {
-    /// Where the drag acts.
+    /// Node at which the drag acts.
     #[port(bind = "body")]
     pub body: NodeState,
     /// Gust over the wind, W, as of `flight.gusts`.

@@ -94,7 +94,7 @@ pub struct EngineOut {
     pub thrust: f64,
 }
 
-/// Whether it burns.
+/// State of the combustion.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Burning {
     /// The engine burns: the throttle has reached its minimum, and the engine has not gone out since.

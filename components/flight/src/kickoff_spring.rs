@@ -33,10 +33,10 @@ pub struct KickoffIn {
 /// Forces.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct KickoffOut {
-    /// On a.
+    /// Load on a.
     #[port(bind = "a")]
     pub on_a: Wrench,
-    /// On b.
+    /// Load on b.
     #[port(bind = "b")]
     pub on_b: Wrench,
     /// Force along the line.
@@ -55,7 +55,7 @@ pub struct LetGo {
 /// The release as an output.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Over {
-    /// It has let go.
+    /// The spring has been released.
     #[port]
     pub over: bool,
 }

@@ -6,7 +6,7 @@
 
 use linkwork_runtime::prelude::*;
 
-/// Which row holds.
+/// State of a table over time.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Passed {
     /// Number of rows that have been passed, without the first one.
@@ -109,7 +109,7 @@ impl Model for Sequence {
 /// A load from a time on.
 #[derive(Params, Clone, Debug)]
 pub struct LoadRow {
-    /// When it begins.
+    /// Time at which the row begins.
     #[param(unit = "s")]
     pub time: f64,
     /// Force, axes of the node.
@@ -138,7 +138,7 @@ pub struct BodyLoadIn {
 /// The load.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BodyLoadOut {
-    /// On the body.
+    /// Load on the body.
     #[port(bind = "body")]
     pub load: Wrench,
 }

@@ -43,7 +43,7 @@ pub struct TankParams {
     pub slosh: SloshMode,
 }
 
-/// What is drawn.
+/// Flow out of the tank.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Drawn {
     /// Flow that engines, lines and drains draw from the outlet.
@@ -80,7 +80,7 @@ pub struct TankOut {
     pub swing_stiffness: f64,
 }
 
-/// What is in it.
+/// Content of the tank.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Content {
     /// Propellant.

@@ -42,10 +42,10 @@ pub struct SpringIn {
 /// Forces, and the extension.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct SpringOut {
-    /// On a.
+    /// Load on a.
     #[port(bind = "a")]
     pub on_a: Wrench,
-    /// On b.
+    /// Load on b.
     #[port(bind = "b")]
     pub on_b: Wrench,
     /// Force along the axis.
@@ -67,7 +67,7 @@ pub struct SpringEnd {
     pub left: f64,
 }
 
-/// Whether it has let go.
+/// State of the release.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Released {
     /// The stroke has been used up.

@@ -6,7 +6,7 @@
 
 use linkwork_runtime::prelude::*;
 
-/// What the table says.
+/// Mass properties from wires.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct WiredMassIn {
     /// Mass.
@@ -32,7 +32,7 @@ pub struct WiredMassIn {
     pub inertia_z: f64,
 }
 
-/// What the body gets.
+/// Mass properties that are added to the body.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct WiredMassOut {
     /// Mass about the node.

@@ -21,7 +21,7 @@ pub struct FingerParams {
     pub time_constant: f64,
 }
 
-/// What it is told.
+/// Command of the finger.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct FingerIn {
     /// The gripper is to be closed.
@@ -29,7 +29,7 @@ pub struct FingerIn {
     pub grip: bool,
 }
 
-/// What it does.
+/// Torque and state of the finger.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct FingerOut {
     /// Torque on the handle's pin.

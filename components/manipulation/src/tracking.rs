@@ -90,7 +90,7 @@ impl TrackingSample {
 }
 
 impl Reference {
-    /// At rest there.
+    /// Returns the state at rest at a pose.
     #[must_use]
     pub fn still(X: Pose) -> Self {
         Self { X, V: Motion::zero(), A: Motion::zero() }

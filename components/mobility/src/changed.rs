@@ -14,7 +14,7 @@ pub(crate) struct Changed<C, const EDGE: usize> {
     pub cell: f64,
     /// Middle of the cell 0, 0, in cells.
     pub middle: f64,
-    /// What a cell shows.
+    /// Function that returns the height change of a cell.
     pub change: Box<Change<C>>,
 }
 

@@ -31,12 +31,12 @@ pub struct RollingIn {
     /// Hub of the wheel: its y axis is the axle.
     #[port(bind = "hub", axle = "y")]
     pub hub: NodeState,
-    /// What the ground carries.
+    /// Contact load of the wheel.
     #[port(bind = "hub")]
     pub load: ContactLoad,
 }
 
-/// What the wheel carries.
+/// Load, torque and slip of the wheel.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct RollingOut {
     /// Normal force; negative where only a pull would keep the wheel down.

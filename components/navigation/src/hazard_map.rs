@@ -24,7 +24,7 @@ const BEST_COLOR: [f64; 3] = [80.0, 225.0, 110.0];
 pub(crate) struct HazardMap {
     /// Edge of a cell, m.
     pub cell: f64,
-    /// What was judged.
+    /// Assessed patches.
     pub patches: Tiles<Patch>,
     /// Discs that are not to be entered.
     pub keep_out: Vec<Disc>,

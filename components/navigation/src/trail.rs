@@ -31,7 +31,7 @@ impl Trail {
         self.0.len()
     }
 
-    /// It has been nowhere.
+    /// Returns whether the trail is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
@@ -48,7 +48,7 @@ impl Trail {
         (way / SPACING[0]).ceil() as usize
     }
 
-    /// It is here.
+    /// Adds the present place.
     pub fn add(&mut self, at: Place) {
         let far = |p: &Place| {
             (at[0] - p[0]).hypot(at[1] - p[1]) >= SPACING[0]

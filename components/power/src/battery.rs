@@ -51,7 +51,7 @@ pub struct BatteryParams {
 /// Loads and sources.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BatteryIn {
-    /// Where loads are connected.
+    /// Connection for loads.
     #[port(connector)]
     pub terminal: Currents,
     /// Connection for sources; their current is negative.
@@ -91,7 +91,7 @@ pub struct BatteryOut {
     pub held: f64,
 }
 
-/// Where power goes.
+/// Power flows of the battery.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BatteryFlows {
     /// Outlet of its heat, for the port of a thermal node. If it is not connected, the heat goes to the surroundings.
@@ -119,10 +119,10 @@ pub struct BatteryState {
 /// Flags for the empty and the full battery.
 #[derive(State, Clone, Copy, Debug, PartialEq)]
 pub struct Contactors {
-    /// It is empty.
+    /// The battery is empty.
     #[port("1")]
     pub empty: bool,
-    /// It is full.
+    /// The battery is full.
     #[port("1")]
     pub full: bool,
     /// Number of times that it has become empty.

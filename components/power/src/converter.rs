@@ -23,7 +23,7 @@ pub struct ConverterParams {
     pub margin: f64,
 }
 
-/// Both sides.
+/// Input and output of the converter.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ConverterIn {
     /// The bus that feeds it.
@@ -40,12 +40,12 @@ pub struct ConverterOut {
     /// Connection for loads: 0 V while the converter is off.
     #[port(connector)]
     pub output: Voltage,
-    /// It is on.
+    /// The converter is on.
     #[port("1")]
     pub on: bool,
 }
 
-/// What it takes.
+/// Input power and heat of the converter.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ConverterFlow {
     /// The bus that feeds it.
@@ -59,10 +59,10 @@ pub struct ConverterFlow {
     pub case: HeatFlow,
 }
 
-/// Whether it is on.
+/// State of the converter.
 #[derive(State, Clone, Copy, Debug, PartialEq)]
 pub struct Switch {
-    /// It is off.
+    /// The converter is off.
     #[port("1")]
     pub off: bool,
 }

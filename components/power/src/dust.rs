@@ -33,7 +33,7 @@ pub struct DustIn {
     pub wind: f64,
 }
 
-/// What passes.
+/// Fraction of the light that passes.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct DustOut {
     /// Fraction of the light that passes, for the input `passes` of a solar panel.
@@ -41,7 +41,7 @@ pub struct DustOut {
     pub passes: f64,
 }
 
-/// What passes.
+/// Fraction of the light that passes.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Layer {
     /// Fraction of the light that passes.

@@ -14,10 +14,10 @@ pub struct IdealSupplyParams {
     pub voltage: f64,
 }
 
-/// What is drawn.
+/// Current drawn from the supply.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct IdealSupplyIn {
-    /// Where loads are connected.
+    /// Connection for loads.
     #[port(connector)]
     pub terminal: Currents,
 }
@@ -25,7 +25,7 @@ pub struct IdealSupplyIn {
 /// Voltage.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct IdealSupplyOut {
-    /// Where loads are connected.
+    /// Connection for loads.
     #[port(connector)]
     pub terminal: Voltage,
     /// Energy supplied since the start.
@@ -33,7 +33,7 @@ pub struct IdealSupplyOut {
     pub energy: f64,
 }
 
-/// What it gives.
+/// Power of the supply.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct IdealSupplyFlow {
     /// Current given.
@@ -88,7 +88,7 @@ pub struct ProgrammableIn {
 /// Voltage.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ProgrammableOut {
-    /// Where loads are connected.
+    /// Connection for loads.
     #[port(connector)]
     pub terminal: Voltage,
 }

@@ -7,7 +7,7 @@
 use crate::thermal_node::radiation;
 use linkwork_runtime::prelude::*;
 
-/// How well heat passes.
+/// Conductance and radiative exchange of the link.
 #[derive(Params, Clone, Debug)]
 pub struct ThermalLinkParams {
     /// Conductance: k A/L for a bar, 1/(1/G₁ + 1/G₂) for parts in series.

@@ -41,7 +41,7 @@ pub struct ThermalNodeIn {
     pub port: HeatFlows,
 }
 
-/// What is around.
+/// Surroundings of the node.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThermalNodeAround {
     /// Temperature of the sky as a black body. It must be wired if `emissivity` is written.
@@ -69,7 +69,7 @@ pub struct ThermalNodeOut {
     pub energy: f64,
 }
 
-/// Where the heat goes.
+/// Heat flows of the node.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThermalNodeFlows {
     /// Net heat flow radiated to the sky.

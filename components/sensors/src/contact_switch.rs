@@ -23,7 +23,7 @@ pub struct ContactSwitchParams {
 /// The body.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ContactSwitchIn {
-    /// What the body touches.
+    /// Contact force on the body.
     #[port(bind = "body")]
     pub load: ContactLoad,
 }
@@ -31,7 +31,7 @@ pub struct ContactSwitchIn {
 /// Readings.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ContactSwitchOut {
-    /// It is closed.
+    /// The switch is closed.
     #[port]
     pub closed: bool,
     /// The switch is or has been closed.
@@ -45,7 +45,7 @@ pub struct ContactSwitchOut {
 /// The switch.
 #[derive(State, Clone, Copy, Debug)]
 pub struct ContactSwitchState {
-    /// It is closed.
+    /// The switch is closed.
     #[port("1")]
     pub closed: bool,
     /// Number of times that it has closed.

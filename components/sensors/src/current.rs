@@ -28,7 +28,7 @@ pub struct CurrentParams {
     pub bits: Option<u32>,
 }
 
-/// What it measures.
+/// The measured current.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct CurrentIn {
     /// The current.

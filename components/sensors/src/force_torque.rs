@@ -31,7 +31,7 @@ pub struct ForceTorqueParams {
     pub moment_sigma: f64,
 }
 
-/// What the sensor carries.
+/// Load of the hinge.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ForceTorqueIn {
     /// Load of the hinge of the body that the sensor carries.

@@ -19,7 +19,7 @@ pub struct HingeLoadParams {
     pub attitude: [f64; 4],
 }
 
-/// What the sensor carries.
+/// Load of the hinge.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct HingeLoadIn {
     /// Load of the hinge of the body that the sensor carries.

@@ -30,10 +30,10 @@ pub struct IncrementsOut {
 /// The integrals since the start.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Integrals {
-    /// Of the turn rate.
+    /// Integral of the turn rate.
     #[port("rad")]
     pub angle: Vec3,
-    /// Of the specific force.
+    /// Integral of the specific force.
     #[port("m/s")]
     pub velocity: Vec3,
 }

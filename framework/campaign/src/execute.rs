@@ -37,7 +37,7 @@ pub enum CampaignError {
     Run(#[from] MakeError),
 }
 
-/// How a campaign is run.
+/// Settings of the execution of a campaign.
 pub struct Orders<'a> {
     /// Models and assemblies.
     pub library: &'a Library,

@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 /// The journal cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum JournalError {
-    /// It cannot be read or written.
+    /// The journal cannot be read or written.
     #[error("the journal `{}` cannot be read or written: {source}\n  help: choose another folder, or free disk space", .path.display())]
     Io {
         /// The file.
@@ -62,7 +62,7 @@ pub enum JournalError {
         /// The run.
         run: u64,
     },
-    /// It belongs to another campaign.
+    /// The journal belongs to another campaign.
     #[error("the journal `{}` belongs to another campaign: the file, its simulation, or this program has changed\n  help: choose another folder, or delete that one", .path.display())]
     Other {
         /// The file.

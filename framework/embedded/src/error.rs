@@ -29,7 +29,7 @@ pub enum ModelFault {
     /// A name that does not exist.
     #[error("{place} refers to the {kind} `{name}`, which does not exist\n  help: {help}")]
     Unknown {
-        /// What refers to it.
+        /// The place that refers to it.
         place: String,
         /// `body`, `joint`, `part`.
         kind: &'static str,

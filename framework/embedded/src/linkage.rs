@@ -26,11 +26,11 @@ pub(crate) struct Linkage {
 /// Connection of a body to its object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Link {
-    /// It is the object itself, or welded to it.
+    /// The body is the object itself, or is welded to it.
     Welded,
-    /// It is connected to the object's rigid group by one hinge.
+    /// The body is connected to the object's rigid group by one hinge.
     Joined,
-    /// It is connected by more than one hinge.
+    /// The body is connected by more than one hinge.
     Beyond,
 }
 

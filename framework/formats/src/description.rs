@@ -48,7 +48,7 @@ pub struct Description {
 /// Treatment of a mesh file as a collision shape.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum CollisionMeshes {
-    /// By its triangles.
+    /// Its triangles collide.
     #[default]
     Triangles,
     /// The convex hull of its corners collides, as in MJCF.
@@ -135,7 +135,7 @@ pub struct CollisionClasses {
 /// The purpose of a shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ShapeRole {
-    /// To be seen.
+    /// The shape is visible only.
     Visual,
     /// Collision, according to the file.
     Collision,

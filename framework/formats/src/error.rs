@@ -75,7 +75,7 @@ pub enum FaultKind {
     /// Required content is missing.
     #[error("{what} lacks {missing}\n  help: {help}")]
     Missing {
-        /// Where it is missing.
+        /// The place at which it is missing.
         what: String,
         /// The missing content.
         missing: String,

@@ -89,7 +89,7 @@ pub enum RequestKind {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Amount {
-    /// In SI.
+    /// A number in SI.
     Number(f64),
     /// `"12 deg"`.
     Text(String),

@@ -35,7 +35,7 @@ pub enum MechanismFault {
         what: &'static str,
         /// The name.
         name: String,
-        /// How often it occurs.
+        /// Number of occurrences.
         count: usize,
     },
     /// A name that cannot be used.

@@ -287,7 +287,7 @@ impl MechanismBlock {
         }
     }
 
-    /// What compliant contact does.
+    /// Writes the reports of compliant contact.
     fn put_contact(&mut self, sig: &mut [f64]) {
         if self.compliant.is_none() {
             return;

@@ -41,7 +41,7 @@ struct SoftStop {
     law: StopLaw,
 }
 
-/// How a stop pushes back.
+/// Law of force of a stop.
 #[derive(Clone, Copy, Debug)]
 struct StopLaw {
     stiffness: f64,

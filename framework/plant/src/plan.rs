@@ -46,7 +46,7 @@ pub struct MechanismPlan {
     pub contact: Option<ContactSpec>,
     /// Compliant contact.
     pub compliant: Option<(Arc<Colliders>, CompliantLaws)>,
-    /// What moves by kinematics.
+    /// Machines that move by kinematics.
     pub(crate) rolling: Option<RollingOn>,
     /// Lanes of the bristles of compliant contact, and of the table of pairs that share them.
     pub(crate) bristles: (usize, usize),
@@ -78,7 +78,7 @@ pub struct MechanismPlan {
     pub(crate) print: OnceLock<String>,
     /// First lane of q in x; v follows, then u and u̇ of each loop motion, then bristles.
     pub x: usize,
-    /// Where it is written.
+    /// Position in the file.
     pub(crate) origin: Origin,
     /// Positions of loops and couplings in the file, by name.
     pub(crate) origins: BTreeMap<String, Origin>,

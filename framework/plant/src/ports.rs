@@ -345,7 +345,7 @@ pub(crate) fn body_of(mb: &Multibody, target: &BindTarget) -> Option<BodyId> {
 enum Wants {
     /// Coordinates of hinges with one degree of freedom.
     Any,
-    /// Its ball.
+    /// The ball of the hinge.
     Ball,
 }
 

@@ -52,11 +52,11 @@ pub struct MechanismSpec {
     pub held: Vec<String>,
     /// Pairs of bodies whose contact force is reported: the force on the first from the second, which may be `world`.
     pub pair_forces: Vec<[String; 2]>,
-    /// Where it is written.
+    /// Position in the file.
     pub origin: Origin,
-    /// Where loops and couplings are written, by name.
+    /// Positions of loops and couplings in the file, by name.
     pub origins: BTreeMap<String, Origin>,
-    /// Where bodies are written, by name.
+    /// Positions of bodies in the file, by name.
     pub bodies: Arc<BTreeMap<String, Origin>>,
     /// Visible shapes, for cameras and lidars.
     pub scenery: Scenery,
@@ -128,7 +128,7 @@ impl MechanismSpec {
 pub struct ContactSpec {
     /// Collision shapes, and the rules for pairs that may touch.
     pub colliders: Arc<Colliders>,
-    /// How contact is solved.
+    /// Settings of the contact solver.
     pub settings: ContactSettings,
 }
 
@@ -141,7 +141,7 @@ pub struct KinematicSpec {
     pub quasi_static: bool,
     /// Path of the terrain on which they drive; `None`: the only one.
     pub terrain: Option<String>,
-    /// Where it is written.
+    /// Position in the file.
     pub origin: Origin,
 }
 

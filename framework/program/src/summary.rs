@@ -6,11 +6,11 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// How a run ended.
+/// Reason for the end of a run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Ending {
-    /// It reached the time `until`.
+    /// The run reached the time `until`.
     Until,
     /// The condition `stop_when` became true.
     StopWhen,
@@ -38,7 +38,7 @@ pub fn late(ended: &Ended, until: Option<Seconds>, now: f64) -> Option<String> {
 pub struct Summary {
     /// Name of the simulation.
     pub simulation: String,
-    /// How it ended.
+    /// Reason for the end of the run.
     pub ended: Ending,
     /// Simulated time at the end (s).
     pub time: f64,

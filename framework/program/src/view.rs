@@ -42,7 +42,7 @@ mod drawn {
     use linkwork_record::{End, Entry, LogError, walk_log};
     use linkwork_viz::{NotShown, Player, View, VizError};
 
-    /// Why there is no recording.
+    /// Reason for which there is no recording.
     enum Fault {
         Log(LogError),
         Recording(VizError),

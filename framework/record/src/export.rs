@@ -14,7 +14,7 @@ pub struct Exported {
     pub rows: u64,
     /// Number of variables.
     pub variables: usize,
-    /// How the log ends.
+    /// End of the log.
     pub end: End,
 }
 

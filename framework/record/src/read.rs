@@ -32,7 +32,7 @@ pub struct Series {
     pub unit: String,
 }
 
-/// How a log ends.
+/// Kinds of ends of a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
     /// Complete.
@@ -57,7 +57,7 @@ pub struct LogContents {
     pub start: Option<Vec<u8>>,
     /// Variables that were set, pinned or unpinned from outside, in order.
     pub sets: Vec<SetRow>,
-    /// How the log ends.
+    /// End of the log.
     pub end: End,
 }
 

@@ -3,7 +3,7 @@ use crate::json::{Json, Result};
 use serde_json::json;
 use std::fmt::Write;
 
-/// How a body hangs on its parent.
+/// Hinge of a body on its parent.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Joint {
     /// Six degrees of freedom, on the world.
@@ -12,7 +12,7 @@ pub enum Joint {
     Pin {
         /// Axis.
         axis: [f64; 3],
-        /// Its motion is given.
+        /// The motion is prescribed.
         prescribed: bool,
     },
 }
@@ -132,7 +132,7 @@ fn length(v: [f64; 3]) -> f64 {
 }
 
 impl Body {
-    /// As an entry of `bodies`; `wheel`: radius and width.
+    /// Returns the body as an entry of `bodies`; `wheel`: radius and width.
     pub fn ron(&self, all: &[Body], wheel: Option<(f64, f64)>) -> String {
         let hinge = match &self.joint {
             Joint::Free => "Free".to_string(),

@@ -7,7 +7,7 @@ use std::rc::Rc;
 /// Errors are messages with the place in the file.
 pub type Result<T> = std::result::Result<T, String>;
 
-/// A value and where it stands.
+/// A value and its position in the file.
 #[derive(Clone)]
 pub struct Json {
     value: Rc<Value>,
@@ -113,7 +113,7 @@ impl Json {
         }
     }
 
-    /// That a value is the one that the conversion relies on.
+    /// Checks that a value is the one on which the conversion relies.
     pub fn must_be(&self, wanted: &Value) -> Result<()> {
         if *self.value == *wanted {
             return Ok(());

@@ -44,7 +44,7 @@ pub struct PointingIn {
     pub target_rate: Vec3,
 }
 
-/// What to do.
+/// Commanded torque and error.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct PointingOut {
     /// Commanded torque, body axes.

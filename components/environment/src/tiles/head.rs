@@ -12,7 +12,7 @@ pub(super) const HEAD: u64 = 112;
 /// Bytes of an entry of the index.
 pub(super) const ENTRY: u64 = 16;
 
-/// Where something packed stands.
+/// Position of a compressed block in the file.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Piece {
     /// Its first byte.

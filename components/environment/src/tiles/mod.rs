@@ -50,7 +50,7 @@ pub enum TileError {
     /// The system says so.
     #[error("{what}: {why}")]
     System {
-        /// What was tried.
+        /// The failed action.
         what: &'static str,
         /// The system's words.
         why: String,
@@ -58,13 +58,13 @@ pub enum TileError {
     /// The file is not a file of tiles, or is damaged.
     #[error("{fact}\n  help: write the file again with `linkwork terrain convert`")]
     Damaged {
-        /// What is wrong.
+        /// The fact.
         fact: String,
     },
     /// The map cannot be divided into tiles in this way.
     #[error("{fact}\n  help: {help}")]
     Size {
-        /// What is wrong.
+        /// The fact.
         fact: String,
         /// Remedy.
         help: String,

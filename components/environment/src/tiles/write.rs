@@ -10,7 +10,7 @@ use std::path::Path;
 
 /// A map whose rows are read one by one, the southern row first.
 pub trait HeightRows {
-    /// Where its nodes are.
+    /// Returns the grid of its nodes.
     fn grid(&self) -> Lattice;
     /// Height above which heights are given (m).
     fn datum(&self) -> f64 {

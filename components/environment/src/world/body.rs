@@ -19,7 +19,7 @@ pub enum Centre {
 }
 
 impl Centre {
-    /// As files name it.
+    /// Returns the name in files.
     pub fn word(self) -> &'static str {
         match self {
             Centre::Earth => "earth",

@@ -416,7 +416,7 @@ impl Planet {
         Some(BuildError::new(fact).help(help))
     }
 
-    /// What W is.
+    /// Returns the type of W.
     pub fn axes(&self) -> Axes {
         match (self.site, self.turning) {
             (None, _) => Axes::Inertial,

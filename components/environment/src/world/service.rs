@@ -13,9 +13,9 @@ use std::sync::{Arc, OnceLock};
 #[derive(Clone)]
 pub struct PlanetWorld(Arc<Inner>);
 
-/// What a world knows.
+/// Data of a world.
 pub struct Inner {
-    /// As it is written.
+    /// The parameters in the file.
     pub params: WorldParams,
     /// Shape, rotation, site.
     pub planet: Planet,

@@ -51,7 +51,7 @@ impl DaveFile {
 }
 
 impl DaveFile {
-    /// What the file says.
+    /// Returns the model of the file.
     pub(super) fn model(&self) -> &DaveModel {
         &self.model
     }

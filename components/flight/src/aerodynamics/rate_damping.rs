@@ -32,7 +32,7 @@ pub struct RateDampingIn {
 /// The moment.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct RateDampingOut {
-    /// On the body.
+    /// Load on the body.
     #[port(bind = "body")]
     pub load: Wrench,
 }

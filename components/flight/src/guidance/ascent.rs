@@ -111,7 +111,7 @@ pub struct TangentParams {
     pub world: Handle<dyn World>,
 }
 
-/// Where it is.
+/// State and mass of the vehicle.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct TangentIn {
     /// The vehicle.
@@ -122,7 +122,7 @@ pub struct TangentIn {
     pub mass: f64,
 }
 
-/// Where to push.
+/// Commanded force and status.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct TangentOut {
     /// Commanded force, W; zero after burnout.
@@ -151,7 +151,7 @@ pub struct Solved {
     /// Time of burnout; 0: not solved yet.
     #[port("s")]
     pub burnout: f64,
-    /// When it was solved.
+    /// Time of the last solution.
     #[port("s")]
     pub since: f64,
     /// The last sample found no solution.

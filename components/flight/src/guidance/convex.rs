@@ -85,7 +85,7 @@ pub enum NoPlan {
     Solver {
         /// The time of flight.
         time: f64,
-        /// Its words.
+        /// The status of the solver.
         status: String,
     },
     /// The input does not describe a valid descent.
@@ -105,7 +105,7 @@ struct Rows {
     b: Vec<f64>,
     /// Unit of each variable of a node.
     unit: [f64; PER_NODE],
-    /// What z is counted from.
+    /// Origin of z.
     z_from: f64,
 }
 

@@ -85,12 +85,12 @@ pub struct Gas {
 /// The vent.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Vent {
-    /// It has opened.
+    /// The vent has opened.
     #[port]
     pub open: bool,
 }
 
-/// When it opens.
+/// Guards of the vent and of the flat bag.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Opening {
     /// Pressure minus the pressure at which the vent opens.

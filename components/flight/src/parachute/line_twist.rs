@@ -48,10 +48,10 @@ pub struct LineTwistIn {
 /// Torques and twist.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct LineTwistOut {
-    /// On the payload.
+    /// Load on the payload.
     #[port(bind = "a")]
     pub on_a: Wrench,
-    /// On the canopy.
+    /// Load on the canopy.
     #[port(bind = "b")]
     pub on_b: Wrench,
     /// Torque along the lines, on the payload.

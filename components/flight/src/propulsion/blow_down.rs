@@ -27,7 +27,7 @@ pub struct BlowDownParams {
     pub thrust_exponent: f64,
 }
 
-/// What is left.
+/// Remaining propellant.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BlowDownIn {
     /// Volume of the remaining propellant: `volume` of its tank.

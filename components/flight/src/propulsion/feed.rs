@@ -6,10 +6,10 @@
 //! The outflow of a drain leaves at the velocity of the body and gives no thrust.
 use linkwork_runtime::prelude::*;
 
-/// What is drawn.
+/// Drawn flow.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct IdealFeedIn {
-    /// Where engines are connected.
+    /// Connection for engines.
     #[port(connector)]
     pub outlet: MassFlows,
 }
@@ -17,7 +17,7 @@ pub struct IdealFeedIn {
 /// Connection to the propellant, and the amount drawn.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct IdealFeedOut {
-    /// Where engines are connected.
+    /// Connection for engines.
     #[port(connector)]
     pub outlet: Propellant,
     /// Propellant drawn since the start.
@@ -25,7 +25,7 @@ pub struct IdealFeedOut {
     pub drawn: f64,
 }
 
-/// What has been drawn.
+/// Drawn propellant.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Delivered {
     /// Propellant drawn since the start.
@@ -59,7 +59,7 @@ pub struct DrainIn {
     /// Commanded outflow; negative: inflow, for example when a tank is filled.
     #[port("kg/s")]
     pub flow: f64,
-    /// What is drained.
+    /// Connection to the drained tank.
     #[port(connector)]
     pub tank: Propellant,
 }
@@ -67,7 +67,7 @@ pub struct DrainIn {
 /// Outflow.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct DrainOut {
-    /// What is drained.
+    /// Connection to the drained tank.
     #[port(connector)]
     pub tank: MassFlow,
 }

@@ -92,7 +92,7 @@ pub struct FeedLineOut {
     /// Flow out of tank b: the negative of the flow out of a.
     #[port(connector)]
     pub tank_b: MassFlow,
-    /// What drives it.
+    /// Pressure difference that drives the flow.
     #[port("Pa")]
     pub difference: f64,
 }

@@ -30,7 +30,7 @@ pub struct HeldThrusterParams {
     pub exit_area: f64,
 }
 
-/// What it has done.
+/// Accumulated impulse.
 #[derive(State, Clone, Copy, Debug)]
 pub struct ImpulseState {
     /// Impulse so far.
@@ -38,7 +38,7 @@ pub struct ImpulseState {
     pub done: f64,
 }
 
-/// What it has done.
+/// Accumulated impulse.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ImpulseOut {
     /// Impulse so far, as it would be in vacuum.

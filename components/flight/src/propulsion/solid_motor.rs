@@ -46,7 +46,7 @@ pub struct MotorIn {
 /// Load and flow.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct MotorOut {
-    /// On the body.
+    /// Load on the body.
     #[port(bind = "nozzle")]
     pub load: Wrench,
     /// Thrust.
@@ -66,7 +66,7 @@ pub struct Burn {
     /// Rows of the curve that have been passed; 0: not lit.
     #[port("1")]
     pub rows: f64,
-    /// When it was lit.
+    /// Time of ignition.
     #[port("s")]
     pub lit: f64,
 }

@@ -49,7 +49,7 @@ pub struct ThrusterIn {
     /// The nozzle; z is against the jet.
     #[port(bind = "nozzle")]
     pub nozzle: NodeState,
-    /// On above ½.
+    /// Command: the thruster is on above ½.
     #[port("1", default = 0.0)]
     pub command: f64,
     /// Connection to the source of the propellant.
@@ -63,7 +63,7 @@ pub struct ThrusterIn {
 /// Load and flow.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThrusterOut {
-    /// On the body.
+    /// Load on the body.
     #[port(bind = "nozzle")]
     pub load: Wrench,
     /// Thrust.
@@ -74,7 +74,7 @@ pub struct ThrusterOut {
     pub propellant: MassFlow,
 }
 
-/// What it has done.
+/// Record of the firings.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct FiringRecord {
     /// Impulse so far, as in vacuum.

@@ -31,13 +31,13 @@ pub struct VectorThrustParams {
 /// Node and command.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct VectorThrustIn {
-    /// Where it acts.
+    /// Node at which the force acts.
     #[port(bind = "body")]
     pub body: NodeState,
     /// Commanded force in vacuum, W.
     #[port("N")]
     pub command: Vec3,
-    /// Where the propellant comes from.
+    /// Connection to the source of the propellant.
     #[port(connector)]
     pub propellant: Propellant,
     /// Ambient pressure.
@@ -48,7 +48,7 @@ pub struct VectorThrustIn {
 /// Load and flow.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct VectorThrustOut {
-    /// On the body.
+    /// Load on the body.
     #[port(bind = "body")]
     pub load: Wrench,
     /// Magnitude of the force; 0 where the ambient pressure is stronger than the jets.

@@ -26,7 +26,7 @@ pub struct RadiationParams {
 /// The body.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct RadiationIn {
-    /// Where the light presses.
+    /// Node at which the radiation pressure acts.
     #[port(bind = "body")]
     pub body: NodeState,
 }

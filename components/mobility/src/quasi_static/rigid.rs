@@ -7,7 +7,7 @@ use super::{QuasiStaticIn, Sliding};
 use crate::wheel_rigid::WheelRigidParams;
 use linkwork_runtime::prelude::*;
 
-/// What the ground does.
+/// Traction, load and quantities for plots.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct RigidQuasiStaticOut {
     /// Traction for the force balance of the machine.

@@ -307,7 +307,7 @@ pub struct Sum<'a> {
 }
 
 impl<'a> Sum<'a> {
-    /// Nothing yet.
+    /// Creates empty sums.
     pub fn new(
         presser: &'a Presser,
         law: &'a Law,

@@ -79,7 +79,7 @@ pub struct Imprint {
 }
 
 impl Imprint {
-    /// What presses so.
+    /// Creates the imprint of a body.
     pub fn of(p: &Presser, slip: f64) -> Imprint {
         let (radius, width, length) = match p.form {
             Form::Rim { radius, width } => (radius, width, 0.0),
@@ -145,7 +145,7 @@ pub struct ScmGround {
     pub unloading: Unloading,
     /// Ratio of the shear stiffness during unloading to that during loading.
     pub shear_unloading: f64,
-    /// Where displaced soil goes.
+    /// Settings of heaps of displaced soil.
     pub heaps: Heaps,
     terrain: Handle<dyn Terrain>,
 }

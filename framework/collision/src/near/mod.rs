@@ -45,7 +45,7 @@ pub(crate) enum Near {
     Far,
     /// Nearest points, exact up to round-off.
     Apart(Gap),
-    /// They overlap, or are so close that round-off decides.
+    /// The shapes overlap, or are so close that round-off decides.
     Unsure,
 }
 

@@ -80,7 +80,7 @@ pub struct Report {
 /// Maps indices of a mechanism before an edit to indices after it; `None`: deleted, or the hinge is different.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Places {
-    /// For each body.
+    /// Corresponding body of the other mechanism, for each body.
     pub bodies: Vec<Option<BodyId>>,
     /// For each entry of q.
     pub q: Vec<Option<usize>>,

@@ -95,7 +95,7 @@ pub enum Outcome {
 /// Result of inverse kinematics, in addition to q.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Answer {
-    /// How the search ended.
+    /// Result of the search.
     pub outcome: Outcome,
     /// Residual of the tip's goal; undefined when the search is unfinished.
     pub residual: Residual,

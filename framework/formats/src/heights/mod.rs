@@ -147,7 +147,7 @@ pub enum HeightsError {
     Companion {
         /// Its name.
         name: String,
-        /// Why it cannot be read.
+        /// The reason for which it cannot be read.
         why: String,
     },
     /// An unknown file extension.

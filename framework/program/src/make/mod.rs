@@ -10,7 +10,7 @@ use crate::program::program;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// What to create.
+/// Kind of the item to create.
 #[derive(clap::Subcommand, Clone, Debug)]
 pub enum Kind {
     /// A folder with a small simulation: an arm that a servo moves, with suggestions for changes.

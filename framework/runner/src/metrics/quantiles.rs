@@ -59,7 +59,7 @@ impl Quantiles {
         self.values.push((value, time, moving));
     }
 
-    /// In place, without allocating.
+    /// Sorts in place, without allocating memory.
     fn sort(values: &mut [Mass]) {
         values.sort_unstable_by(|a, b| {
             a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.total_cmp(&b.2))

@@ -11,7 +11,7 @@ pub enum Account {
     Lost,
 }
 
-/// What is conserved.
+/// A conserved quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Quantity {
     /// Energy, J.
@@ -26,7 +26,7 @@ impl Quantity {
     /// All of them.
     pub const ALL: [Quantity; 3] = [Quantity::Energy, Quantity::Mass, Quantity::Charge];
 
-    /// Its name.
+    /// Returns its name.
     pub fn name(self) -> &'static str {
         match self {
             Quantity::Energy => "energy",
@@ -63,9 +63,9 @@ impl Quantity {
 pub struct OwnAccount {
     /// Name: `kinetic energy`.
     pub name: &'static str,
-    /// What it is.
+    /// Role of the number.
     pub account: Account,
-    /// What it counts.
+    /// Quantity that it counts.
     pub quantity: Quantity,
 }
 

@@ -10,7 +10,7 @@ pub struct BindSpec {
     pub bind: String,
     /// The target.
     pub target: BindTarget,
-    /// Where it is written.
+    /// Position in the file.
     pub origin: Origin,
 }
 

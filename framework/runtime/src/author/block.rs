@@ -260,7 +260,7 @@ pub(crate) fn read_store<T: Store>(store: &mut T, bytes: &[u8]) -> Result<(), St
 pub trait Prototype: Any + Send + Sync {
     /// Returns the description of the part.
     fn description(&self) -> &Description;
-    /// Its parameters, resolved.
+    /// Returns its resolved parameters.
     fn params(&self) -> &Value;
     /// State at the start: X and D lanes.
     fn initial(&self, x: &mut [f64], d: &mut [f64]);
@@ -359,7 +359,7 @@ pub struct OldState<'a> {
 /// Part of the state that a move between plans carried over.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Carried {
-    /// Nothing: it starts anew.
+    /// Nothing was carried over; the part starts anew.
     New,
     /// All, the store too.
     Whole,
@@ -371,9 +371,9 @@ pub enum Carried {
 pub struct Named {
     /// Whole path.
     pub path: String,
-    /// Where.
+    /// Location of the variable.
     pub place: crate::author::variable::Place,
-    /// What.
+    /// Role of the variable.
     pub role: crate::author::variable::Role,
     /// Unit.
     pub unit: Text,

@@ -112,7 +112,7 @@ impl Voltage {
 }
 
 impl OpenVoltage {
-    /// As [`Voltage::current_of`].
+    /// Returns the current like [`Voltage::current_of`].
     pub fn current_of(&self, power: f64) -> Current {
         Voltage { voltage: self.voltage }.current_of(power)
     }

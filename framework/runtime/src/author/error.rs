@@ -4,7 +4,7 @@
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{message}")]
 pub struct BuildError {
-    /// What is wrong.
+    /// The fact.
     pub message: String,
     /// The remedy.
     pub help: Option<String>,
@@ -15,7 +15,7 @@ pub struct BuildError {
 }
 
 impl BuildError {
-    /// With a message.
+    /// Creates an error with a message.
     pub fn new(message: impl Into<String>) -> Self {
         BuildError { message: message.into(), help: None, param: None, stops: false }
     }
@@ -24,12 +24,12 @@ impl BuildError {
         let (message, help) = crate::author::value::told(error);
         BuildError { message, help, param: None, stops: false }
     }
-    /// With a remedy.
+    /// Adds a remedy.
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
     }
-    /// At a parameter.
+    /// Sets the faulty parameter.
     pub fn at(mut self, param: impl Into<String>) -> Self {
         self.param = Some(param.into());
         self

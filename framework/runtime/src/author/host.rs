@@ -15,7 +15,7 @@ pub trait Host: Any + Send + Sync {
     fn path(&self) -> &str;
     /// Name of its kind, used like the name of a model.
     fn kind(&self) -> &'static str;
-    /// Where it is written.
+    /// Position in the file.
     fn origin(&self) -> Origin;
     /// Returns the part with the ports that these bindings request, and the wires to these ports. A binding that
     /// cannot be served is a fault.
@@ -54,9 +54,9 @@ pub struct Lowering<'a> {
 /// End of a wire that a port forms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// It is read.
+    /// The port is read.
     Input,
-    /// It is written.
+    /// The port is written.
     Output,
 }
 

@@ -60,7 +60,7 @@ impl Jacobian {
         &mut self.values[column * self.rows..(column + 1) * self.rows]
     }
 
-    /// Whether a column was filled.
+    /// Returns whether a column was filled.
     pub(crate) fn known(&self, column: usize) -> bool {
         self.known[column]
     }

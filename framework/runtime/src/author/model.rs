@@ -10,13 +10,13 @@ use serde::{Serialize, de::DeserializeOwned};
 /// Functions that a model has, and the arguments that decide the order of evaluation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Functions {
-    /// It has outputs that follow from its state.
+    /// The model has outputs that follow from its state.
     pub outputs: bool,
-    /// It has outputs that follow from inputs of the same instant.
+    /// The model has outputs that follow from inputs of the same instant.
     pub feedthrough: bool,
-    /// It has derivatives of a continuous state.
+    /// The model has derivatives of a continuous state.
     pub derivatives: bool,
-    /// It updates a discrete state at the sample times of the part.
+    /// The model updates a discrete state at the sample times of the part.
     pub update: bool,
     /// `outputs` reads the clock.
     pub outputs_timed: bool,
@@ -26,15 +26,15 @@ pub struct Functions {
     pub derivatives_read_outputs: bool,
     /// `feedthrough` uses results of `outputs` of the same evaluation.
     pub feedthrough_after_outputs: bool,
-    /// It has guards: functions whose zero crossings are events.
+    /// The model has guards: functions whose zero crossings are events.
     pub guards: bool,
     /// Its guards end a step at the jumps and corners of its outputs ([`Model::MODES`]).
     pub modes: bool,
     /// Its outputs are averages over a step of a fixed-step method ([`Model::AVERAGES`]).
     pub averages: bool,
-    /// It integrates its continuous state itself, with a custom method.
+    /// The model integrates its continuous state itself, with a custom method.
     pub steps: bool,
-    /// It draws something on the ground.
+    /// The model has a ground overlay.
     pub overlay: bool,
 }
 

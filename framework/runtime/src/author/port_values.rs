@@ -15,7 +15,7 @@ impl NodeState {
 }
 
 impl AddedMass {
-    /// Nothing.
+    /// Returns zero.
     pub fn zero() -> Self {
         AddedMass { mass: 0.0, first_moment: Vec3::zeros(), inertia: [0.0; 6] }
     }
@@ -48,7 +48,7 @@ impl BodyMass {
 }
 
 impl Wrench {
-    /// Nothing.
+    /// Returns zero.
     pub fn zero() -> Self {
         Wrench { moment: Vec3::zeros(), force: Vec3::zeros() }
     }

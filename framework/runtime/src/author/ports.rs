@@ -10,7 +10,7 @@ pub use linkwork_integrate::events::Direction;
 /// A name, unit or doc string of a description: written in a Rust type, or made when a part is built.
 pub type Text = Cow<'static, str>;
 
-/// What a port carries.
+/// Kind of the values of a port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PortKind {
     /// One or more numbers in one unit.
@@ -58,7 +58,7 @@ pub enum PortKind {
 pub struct PortSpec {
     /// Name.
     pub name: Text,
-    /// What it carries.
+    /// Kind of its values.
     pub kind: PortKind,
     /// Number of lanes.
     pub lanes: usize,
@@ -297,17 +297,17 @@ fn below(outer: &str, inner: &str) -> Text {
 pub trait Lane: Copy {
     /// Number of lanes.
     const N: usize;
-    /// What it carries.
+    /// Kind of its values.
     const KIND: PortKind;
     /// Unit of ports without a declared unit.
     const UNIT: &'static str = "";
-    /// From contiguous lanes.
+    /// Reads the value from contiguous lanes.
     fn get(s: &[f64]) -> Self;
     /// Into contiguous lanes.
     fn put(&self, s: &mut [f64]);
-    /// From scattered lanes.
+    /// Reads the value from scattered lanes.
     fn gather(sig: &[f64], idx: &[u32]) -> Self;
-    /// As a vector, for defaults.
+    /// Returns the lanes as a vector, for defaults.
     fn lanes_of(v: &Self) -> Vec<f64> {
         let mut out = vec![0.0; Self::N];
         v.put(&mut out);
@@ -321,11 +321,11 @@ pub trait Lanes: Sized + Send + Sync + 'static {
     const N: usize;
     /// The fields.
     fn specs() -> Vec<PortSpec>;
-    /// From contiguous lanes.
+    /// Reads the value from contiguous lanes.
     fn get(s: &[f64]) -> Self;
     /// Into contiguous lanes.
     fn put(&self, s: &mut [f64]);
-    /// From scattered lanes.
+    /// Reads the value from scattered lanes.
     fn gather(sig: &[f64], idx: &[u32]) -> Self;
     /// All lanes zero (quaternions: unit).
     fn zero() -> Self {

@@ -23,7 +23,7 @@ pub struct Sight {
     pub name: String,
     /// The shape's frame in the body.
     pub pose: Pose,
-    /// What it is.
+    /// Geometry of the shape.
     pub form: VisualShape,
     /// Red, green, blue: 0 … 1.
     pub color: [f64; 3],
@@ -45,7 +45,7 @@ pub struct Scenery {
 }
 
 impl Scenery {
-    /// Of these shapes.
+    /// Creates the scenery of these shapes.
     #[must_use]
     pub fn of(shapes: Vec<Sight>) -> Self {
         let moving = shapes.iter().filter(|s| s.body != WORLD);

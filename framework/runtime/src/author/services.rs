@@ -16,7 +16,7 @@ pub trait Provided: Send + Sync + 'static {
     const WORD: &'static str;
     /// Whether services of this kind are built before all others, which may read them. A simulation has at most one service of such a kind.
     const FIRST: bool = false;
-    /// Whether the runtime calls [`Provided::out_of_range`] at each row for the nodes of the parts that use the service.
+    /// True if the runtime calls [`Provided::out_of_range`] at each row for the nodes of the parts that use the service.
     const LOCAL: bool = false;
     /// Returns message and remedy for a part that needs a service of this kind while the simulation does not contain one.
     fn missing() -> (String, String) {

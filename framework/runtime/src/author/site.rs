@@ -83,10 +83,10 @@ impl Site {
     }
 }
 
-/// What a service takes W for.
+/// Type of W that a service requires.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Axes {
-    /// It does not matter.
+    /// Any type of W.
     Any,
     /// Inertial axes with a planet at the origin.
     Inertial,

@@ -96,8 +96,8 @@ pub enum TwoLineSource {
 pub struct BodyStart {
     /// Its name in the mechanism.
     pub body: String,
-    /// Where.
+    /// Start of the body.
     pub start: Start,
-    /// Where that is written.
+    /// Position of the start in the file.
     pub origin: Origin,
 }

@@ -120,7 +120,7 @@ pub fn needs_level_ground(world: Option<&Handle<dyn World>>) -> Result<(), Build
 }
 
 impl ServiceObject {
-    /// What it takes W for.
+    /// Returns the type of W that the service requires.
     pub fn axes(&self) -> Axes {
         let gravity = self.get::<dyn Gravity>().map(|g| g.axes());
         gravity.or_else(|| self.get::<dyn World>().map(|w| w.axes())).unwrap_or(Axes::Any)
@@ -128,7 +128,7 @@ impl ServiceObject {
 }
 
 impl PlainWorld {
-    /// As a service.
+    /// Returns the world as a service.
     #[must_use]
     pub fn handle(self) -> Handle<dyn World> {
         Handle::new("world", std::sync::Arc::new(self) as std::sync::Arc<dyn World>)

@@ -119,7 +119,7 @@ impl Seconds {
             + (product % u128::from(self.den)) as f64 / self.den as f64
     }
 
-    /// As a double.
+    /// Returns the time as a double.
     pub fn seconds(self) -> f64 {
         self.num as f64 / self.den as f64
     }

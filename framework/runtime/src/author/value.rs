@@ -246,9 +246,9 @@ impl fmt::Display for Value {
 pub struct Fault {
     /// The fact: one sentence that names both ends.
     pub message: String,
-    /// Where it was written.
+    /// Place of the fault.
     pub origin: Origin,
-    /// What to do about it.
+    /// The remedy.
     pub help: Option<String>,
 }
 
@@ -264,7 +264,7 @@ impl Fault {
         Fault { message, origin, help }
     }
 
-    /// With a remedy.
+    /// Adds a remedy.
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self

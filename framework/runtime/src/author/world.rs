@@ -40,7 +40,7 @@ pub trait World: Send + Sync {
     fn epoch(&self) -> Option<&str> {
         None
     }
-    /// What W is.
+    /// Returns the type of W.
     fn axes(&self) -> Axes;
     /// Returns `R_WP` at t (s): rotation from the axes of the body to W.
     fn planet_axes(&self, t: f64) -> Quat;
@@ -93,7 +93,7 @@ pub struct PlainWorld {
     pub rate: f64,
     /// `R_WP` at t = 0 where W is inertial.
     pub start: Quat,
-    /// What W is.
+    /// Returns the type of W.
     pub axes: Axes,
 }
 

@@ -90,7 +90,7 @@ pub enum CheckpointError {
     Io {
         /// The file.
         path: String,
-        /// Why.
+        /// The reason.
         source: std::io::Error,
     },
     /// The file is not a checkpoint, or is incomplete.
@@ -98,7 +98,7 @@ pub enum CheckpointError {
     Format {
         /// The file.
         path: String,
-        /// Why.
+        /// The reason.
         why: String,
     },
     /// The checkpoint belongs to another simulation.
@@ -106,7 +106,7 @@ pub enum CheckpointError {
         "the checkpoint does not fit this simulation: {why}\n  help: resume it with the configuration inside it"
     )]
     Mismatch {
-        /// What differs.
+        /// The difference.
         why: String,
     },
     /// It contains values that no run can have written.
@@ -115,7 +115,7 @@ pub enum CheckpointError {
         copy, or an earlier checkpoint"
     )]
     Impossible {
-        /// What.
+        /// The impossible value.
         why: String,
     },
     /// A model's store cannot be saved or restored.
@@ -123,7 +123,7 @@ pub enum CheckpointError {
     Store {
         /// The part.
         part: String,
-        /// Why.
+        /// The reason.
         why: String,
     },
 }

@@ -27,7 +27,7 @@ pub(crate) struct Connections {
 
 /// A wire that is solved for.
 pub(crate) struct Tear {
-    /// What the writer sends.
+    /// Lanes that the writer sends.
     pub sources: Vec<u32>,
     /// First of the lanes that the reader reads.
     pub sought: u32,

@@ -12,7 +12,7 @@ pub(crate) enum Variability {
     Constant,
     /// At the ticks of these (period, offset) pairs.
     Sampled(BTreeSet<(u64, u64)>),
-    /// At any time.
+    /// The outputs may change at any time.
     Continuous,
 }
 

@@ -15,7 +15,7 @@ pub(crate) struct WhenSpec<'a> {
     pub to: u32,
     /// The condition.
     pub when: &'a str,
-    /// Where it is written.
+    /// Position in the file.
     pub origin: Origin,
 }
 
@@ -25,7 +25,7 @@ pub(crate) struct WatchedSpec<'a> {
     pub when: &'a str,
 }
 
-/// What is watched.
+/// Guards of parts, and conditions.
 #[derive(Default)]
 pub(super) struct Watch {
     pub guards: Vec<GuardPlan>,

@@ -95,7 +95,7 @@ pub fn known_variables(
     (all.into_keys().collect(), dark)
 }
 
-/// Which lanes of a part.
+/// Set of lanes of a part.
 #[derive(Clone, Copy)]
 enum Side {
     Input,

@@ -43,9 +43,9 @@ pub type Product = (f64, String, Option<String>);
 pub struct Term {
     /// Path of the part.
     pub part: String,
-    /// What it counts.
+    /// Quantity that it counts.
     pub quantity: Quantity,
-    /// Where it comes from.
+    /// Origin of the term.
     pub kind: Kind,
     /// Name of the connector, binding or port.
     pub name: String,
@@ -56,9 +56,9 @@ pub struct Term {
 /// The terms of a part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartTerms {
-    /// Its path.
+    /// Path of the part.
     pub part: String,
-    /// Where it is written.
+    /// Position in the file.
     pub origin: Origin,
     /// Terms from its ports.
     pub terms: Vec<Term>,

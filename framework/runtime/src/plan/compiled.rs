@@ -36,7 +36,7 @@ pub struct Plan {
     pub base: Seconds,
     /// Integration step.
     pub step: Seconds,
-    /// How it is integrated.
+    /// Settings of the integration.
     pub integration: Integration,
     /// Seed of all noise.
     pub seed: u64,
@@ -79,7 +79,7 @@ pub struct Plan {
     pub conditions: Vec<Watched>,
     /// Operations that the guards need (indices into `ops`).
     pub guard_ops: Vec<u32>,
-    /// What signals follow from.
+    /// Dependence of signals on operations.
     pub(crate) flow: Flow,
     /// True if a guard may reach zero between rows; otherwise guards are evaluated at rows and events only.
     pub located: bool,
@@ -195,7 +195,7 @@ pub struct GuardPlan {
     pub name: String,
     /// The side from which it must reach its threshold at zero.
     pub direction: Direction,
-    /// What happens then.
+    /// Action of the guard.
     pub fires: Fires,
 }
 
@@ -206,7 +206,7 @@ impl GuardPlan {
     }
 }
 
-/// What a guard fires.
+/// Action of a guard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fires {
     /// `handle_event` of a part.
@@ -235,7 +235,7 @@ pub struct Guarded {
     pub block: u32,
     /// First of its guards.
     pub first: u32,
-    /// How many.
+    /// Number of guards.
     pub count: u32,
 }
 
@@ -254,11 +254,11 @@ pub struct PartPlan {
     pub path: String,
     /// Name of its model.
     pub model: String,
-    /// Where it is written.
+    /// Position in the file.
     pub origin: Origin,
     /// The built model.
     pub prototype: Box<dyn Prototype>,
-    /// Where its lanes are.
+    /// Positions of its lanes.
     pub wiring: Wiring,
     /// Sample period, when sampled.
     pub rate: Option<Seconds>,

@@ -22,9 +22,9 @@ use std::collections::BTreeMap;
 /// A compiled condition.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Condition {
-    /// As it was written.
+    /// Text that the user wrote.
     pub text: String,
-    /// In postfix order.
+    /// Instructions in postfix order.
     code: Vec<Code>,
 }
 
@@ -63,15 +63,15 @@ const DEPTH: usize = 16;
 /// Maximum number of nested brackets, signs and `not`.
 const NESTED: usize = 64;
 
-/// Why a condition was refused.
+/// Reason for which a condition was rejected.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("condition `{text}`: {message}")]
 pub struct ConditionError {
     /// The condition.
     pub text: String,
-    /// What is wrong.
+    /// The fact.
     pub message: String,
-    /// What to do about it.
+    /// The remedy.
     pub help: String,
 }
 

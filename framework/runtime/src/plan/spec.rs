@@ -77,7 +77,7 @@ impl std::fmt::Display for PortRef {
 /// Delay of a wire.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum WireTiming {
-    /// At once.
+    /// No delay.
     #[default]
     AtOnce,
     /// Delay by samples of the reader, or else of the writer, or else by integration steps.
@@ -101,15 +101,15 @@ pub struct WireSpec {
     pub from: PortRef,
     /// An input.
     pub to: PortRef,
-    /// When it arrives.
+    /// Delay of the wire.
     pub timing: WireTiming,
     /// Text that the user wrote, for messages.
     pub text: String,
-    /// Where it is written.
+    /// Position in the file.
     pub origin: Origin,
 }
 
-/// Which integrator.
+/// Integration method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Integrator {
     /// Semi-implicit (symplectic) Euler: velocities first, then positions with the new velocities. Order 1.
@@ -179,7 +179,7 @@ pub struct Spec {
     pub wires: Vec<WireSpec>,
     /// Bindings.
     pub binds: Vec<BindSpec>,
-    /// What parts bind to.
+    /// Host of the bindings.
     pub host: Option<Box<dyn Host>>,
     /// Integration step.
     pub step: Seconds,

@@ -173,7 +173,7 @@ pub struct Rows {
 
 /// The current window, and the rows that wait for the next.
 struct Window {
-    /// In ticks.
+    /// Duration before an event, in ticks.
     before: u64,
     after: u64,
     /// Whether the condition held at the last tick.

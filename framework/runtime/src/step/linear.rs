@@ -34,7 +34,7 @@ pub(crate) struct Linear {
     pub(super) width: usize,
     /// ∂sig/∂x: for each signal lane the nonzero columns, in the first of its `width` slots.
     pub(super) tangents: Vec<(u32, f64)>,
-    /// How many of them.
+    /// Number of nonzero columns of each lane.
     pub(super) count: Vec<u32>,
     pub(super) slopes: Jacobian,
     pub(super) own: Vec<BlockSlots>,

@@ -26,7 +26,7 @@ impl ObserverRequest {
 pub(super) enum Lane {
     /// The phase does not have the variable.
     Absent,
-    /// It keeps its value.
+    /// The variable keeps its value.
     Held(Place),
     /// A continuous state.
     State(u32),

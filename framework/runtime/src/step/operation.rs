@@ -133,7 +133,7 @@ pub(super) fn eliminate(a: &mut [f64], b: &mut [f64], n: usize) -> bool {
     b.iter().all(|v| v.is_finite())
 }
 
-/// One operation.
+/// Executes one operation.
 #[inline(always)]
 pub(super) fn run(
     blocks: &mut [Box<dyn Block>],

@@ -2,7 +2,7 @@
 use crate::author::value::Fault;
 use std::collections::BTreeSet;
 
-/// What a move did.
+/// Report of a move between plans.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MoveReport {
     /// Paths of parts that kept their state.
