@@ -16,7 +16,7 @@ pub struct GeneratedParams {
     /// Extent along x and y, centred on the origin, m.
     #[param(default = [100.0, 100.0])]
     pub size: [f64; 2],
-    /// Distance of nodes.
+    /// Spacing of nodes.
     #[param(unit = "m", default = 0.1, range = 1e-3..)]
     pub spacing: f64,
     /// Slope of the mean plane along x and y, rise over run.

@@ -39,7 +39,7 @@ pub struct Recipe {
     pub seed: u64,
     /// Extent along x and y; the map is centred on the origin.
     pub size: [f64; 2],
-    /// Distance of nodes.
+    /// Spacing of nodes.
     pub spacing: f64,
     /// Slope of the mean plane along x and y (rise over run).
     pub slope: [f64; 2],

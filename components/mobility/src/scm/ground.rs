@@ -20,7 +20,7 @@ pub type Nodes = tiles::Tiles<Node, EDGE>;
 /// Parameters of the ground.
 #[derive(Params, Clone, Debug)]
 pub struct ScmGroundParams {
-    /// Distance of nodes.
+    /// Spacing of nodes.
     #[param(unit = "m", default = 0.025, range = 0.002..=1.0)]
     pub cell: f64,
     /// x_min, y_min, x_max, y_max (m) of the deformable ground; default: the whole terrain. Outside it carries nothing.
@@ -137,7 +137,7 @@ impl Shows for Touched {
 
 /// Deformable ground.
 pub struct ScmGround {
-    /// Distance of nodes, m.
+    /// Spacing of nodes, m.
     pub cell: f64,
     /// x_min, y_min, x_max, y_max, m.
     pub region: [f64; 4],

@@ -51,7 +51,7 @@ pub struct Heights {
     pub heights: Vec<f32>,
     /// The datum (m), which keeps all digits far from zero: 0 for heights below 16 km, otherwise a whole number of metres near the first height.
     pub datum: f64,
-    /// Distance of nodes along x and y (m).
+    /// Spacing of nodes along x and y (m).
     pub spacing: [f64; 2],
     /// x, y of the south-west node (m); zero if the file does not specify it.
     pub origin: [f64; 2],

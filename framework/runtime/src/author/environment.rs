@@ -76,7 +76,7 @@ impl Soil {
 pub struct Surface {
     /// x, y of the first node (m).
     pub origin: [f64; 2],
-    /// Distance of nodes along x and y (m).
+    /// Spacing of nodes along x and y (m).
     pub spacing: [f64; 2],
     /// Nodes along x.
     pub nx: usize,
