@@ -289,7 +289,7 @@ impl Comparator {
     }
 }
 
-/// True when a exceeds b by more than the threshold. In a feedback use `basics.relay`, which has two thresholds.
+/// True when a exceeds b by more than the threshold. In a feedback loop use `basics.relay`, which has two thresholds.
 #[model("basics.comparator")]
 impl Model for Comparator {
     const MODES: bool = true;

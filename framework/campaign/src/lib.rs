@@ -15,7 +15,7 @@
 //! | `execute` | threads |
 //! | `histories` | retained time histories, and percentile bands over time |
 //! | `folder` | the folder of a campaign: journal, failures, tables, report |
-//! | `outcome`, `journal` | the result of a run; the file that records finished runs, also if the process is killed |
+//! | `outcome`, `journal` | the result of a run; the file of finished runs, which survives a killed process |
 //! | `statistics`, `results` | summaries, rank correlations, ellipses; CSV and Parquet |
 //! | `svg`, `report` | the report |
 mod campaign;

@@ -174,7 +174,7 @@ fn put_down(plan: &mut Plan, terrain: &dyn Terrain, p: &Placement) -> Result<Pla
                         "there is no ground under `{}` at ({:.3}, {:.3})",
                         p.wheels[k].0, c.x, c.y
                     ),
-                    "start where the map has data",
+                    "start at a position at which the map has data",
                 );
             };
             e[k] = foot.gap;

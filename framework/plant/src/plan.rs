@@ -34,7 +34,7 @@ pub struct MechanismPlan {
     pub q: Vec<f64>,
     /// Velocities at the start.
     pub v: Vec<f64>,
-    /// Coordinates and velocities that keep their values where loops and couplings are closed.
+    /// Coordinates and velocities that keep their values when loops and couplings are closed.
     pub(crate) kept: FixedValues,
     /// Prescribed subhinges and gaps of loops at the start.
     pub loop_motions: Vec<LoopMotion>,

@@ -23,7 +23,7 @@ pub struct MechanismSpec {
     pub q: Vec<f64>,
     /// Velocities at the start.
     pub v: Vec<f64>,
-    /// Coordinates and velocities that keep their values where loops and couplings are closed at the start; the others follow. Without any, q and v
+    /// Coordinates and velocities that keep their values when loops and couplings are closed at the start; the others follow. Without any, q and v
     /// only select the nearest closed start.
     pub kept: FixedValues,
     /// Free bodies that start on an orbit, in named axes or over the ground: the world computes position and velocity, which replace the numbers in `q` and `v`.
