@@ -4,19 +4,19 @@
 //! τ = sat(−k e − d (ω − ω_t) + τ_f)                        on the body, axes of the hinge's frame on the body; |τ| ≤ τ_max
 //! P = τ · ω,   i = P/V of the supply;   without a supply (V = 0) τ = 0: the joint is free
 //! ```
-//! Spring and damper act alike about all axes. The spring has the potential ½ k |e|², because e · ω = |e| d|e|/dt for a target that rests, so that
-//! without damping and limit energy is kept at rotations of any size below π; at π the direction of e jumps. The drive exerts the commanded torque alone where k = d = 0.
-//! The drive loses no power and feeds back what drives it.
+//! Spring and damper act equally about all axes. The spring has the potential ½ k |e|², because e · ω = |e| d|e|/dt for a target that rests, so that
+//! without damping and limit energy is kept at rotations of any size below π; at π the direction of e jumps. With k = d = 0 the drive exerts the
+//! commanded torque only. The drive has no losses and feeds power back when the hinge drives it.
 
 use linkwork_runtime::prelude::*;
 
 /// Stiffness, damping and limit.
 #[derive(Params, Clone, Debug)]
 pub struct BallDriveParams {
-    /// Torque for each rad of error.
+    /// Torque per rad of error.
     #[param(unit = "N m/rad", default = 0.0, range = 0.0..)]
     pub stiffness: f64,
-    /// Torque for each rad/s of error.
+    /// Torque per rad/s of error.
     #[param(unit = "N m s/rad", default = 0.0, range = 0.0..)]
     pub damping: f64,
     /// Greatest torque.
@@ -30,10 +30,10 @@ pub struct BallDriveIn {
     /// Supply of the drive.
     #[port(connector)]
     pub supply: Voltage,
-    /// Wanted rotation of the hinge's frame on the body in its frame on the parent.
+    /// Commanded rotation of the hinge's frame on the body relative to its frame on the parent.
     #[port("1", default = Quat::identity())]
     pub rotation: Quat,
-    /// Wanted angular velocity, axes of the hinge's frame on the body.
+    /// Commanded angular velocity, axes of the hinge's frame on the body.
     #[port("rad/s", default = Vec3::zeros())]
     pub rate: Vec3,
     /// Commanded torque, added to the torques of spring and damper; axes of the hinge's frame on the body.
@@ -50,7 +50,7 @@ pub struct BallDriveOut {
     /// Torque on the hinge.
     #[port(bind = "ball")]
     pub load: BallTorque,
-    /// Angle between the rotation and the wanted one.
+    /// Angle between the present and the commanded rotation.
     #[port("rad")]
     pub error: f64,
     /// Size of the torque.
@@ -69,7 +69,7 @@ pub struct BallDrive {
     p: BallDriveParams,
 }
 
-/// Ideal drive of a ball hinge: spring and damper towards a wanted rotation, and a commanded torque, limited.
+/// Ideal drive of a ball hinge: spring and damper towards a commanded rotation, and a commanded torque, limited.
 #[model("actuators.ball_drive")]
 impl Model for BallDrive {
     type Params = BallDriveParams;
@@ -115,7 +115,7 @@ mod tests {
         BallDrive { p }.feedthrough(u)
     }
 
-    /// The power of the spring is −d/dt of ½ k |e|², by a difference over the motion of the ball.
+    /// The power of the spring equals −d/dt of ½ k |e|², computed by a finite difference along the motion of the ball.
     #[test]
     fn the_spring_has_a_potential() {
         let p = BallDriveParams { stiffness: 30.0, damping: 0.0, torque_max: 1e9 };

@@ -2,12 +2,12 @@
 //! ```text
 //! s = v d/|d|      s: velocity of the surface of the body over the body, axes of the body;  v: commanded speed, d: direction
 //! ```
-//! Contact sees the surface move at each point at which a collider of the body touches something; its part along the surface acts.
-//! The speed holds whatever the load: for a motor with a limit, compute the speed from its torque and `contact_force` of the body.
+//! The contact model uses the velocity of the surface at each point at which a collider of the body touches something; only its tangential component
+//! acts. The speed does not depend on the load. For a motor with a limit, compute the speed from its torque and `contact_force` of the body.
 
 use linkwork_runtime::prelude::*;
 
-/// Where the surface moves to.
+/// Direction of motion of the surface.
 #[derive(Params, Clone, Debug)]
 pub struct BeltParams {
     /// Direction of the surface at a positive speed, axes of the body; its length does not matter.
@@ -26,7 +26,7 @@ pub struct BeltIn {
 /// Motion of the surface.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BeltOut {
-    /// Velocity of the surface over the body.
+    /// Velocity of the surface relative to the body.
     #[port(bind = "belt")]
     pub surface: SurfaceVelocity,
 }
@@ -36,7 +36,7 @@ pub struct Belt {
     direction: Vec3,
 }
 
-/// Belt or track whose surface moves over its body at a commanded speed.
+/// Belt or track whose surface moves relative to its body at a commanded speed.
 #[model("actuators.belt")]
 impl Model for Belt {
     type Params = BeltParams;
@@ -46,10 +46,10 @@ impl Model for Belt {
         match p.direction.try_normalize(0.0).filter(|d| d.iter().all(|x| x.is_finite())) {
             Some(direction) => Ok(Belt { direction }),
             None => Err(BuildError::new(format!(
-                "`direction` is [{}, {}, {}], which has no direction",
+                "`direction` is [{}, {}, {}], but it must be finite and not zero",
                 p.direction.x, p.direction.y, p.direction.z
             ))
-            .help("write where the surface moves to, as [1, 0, 0]")
+            .help("write the direction in which the surface moves, e.g. [1, 0, 0]")
             .at("direction")),
         }
     }

@@ -34,7 +34,7 @@ pub struct BushingParams {
 /// Its frames.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BushingIn {
-    /// The frame whose axes count.
+    /// The frame whose axes are used.
     #[port(bind = "a")]
     pub a: NodeState,
     /// The other frame.
@@ -45,10 +45,10 @@ pub struct BushingIn {
 /// Forces and displacement.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BushingOut {
-    /// On a.
+    /// Load on a.
     #[port(bind = "a")]
     pub on_a: Wrench,
-    /// On b.
+    /// Load on b.
     #[port(bind = "b")]
     pub on_b: Wrench,
     /// Force on b, axes of a.
@@ -57,7 +57,7 @@ pub struct BushingOut {
     /// Moment on b, axes of a.
     #[port("N m")]
     pub moment: Vec3,
-    /// Displacement of b from its rest, axes of a.
+    /// Displacement of b from its rest position, axes of a.
     #[port("m")]
     pub displacement: Vec3,
     /// Rotation vector of b seen from a, axes of a.
@@ -85,10 +85,10 @@ impl Model for Bushing {
         ];
         for (name, x) in all {
             if let Some(x) = x.iter().find(|x| !(**x >= 0.0)) {
-                let fact = format!("`{name}` has the number {x}, which makes energy");
-                return Err(BuildError::new(fact)
-                    .help("write numbers that are not negative")
-                    .at(name));
+                let fact = format!(
+                    "`{name}` contains {x}, but its values must not be negative, because the bushing would create energy"
+                );
+                return Err(BuildError::new(fact).help("write values of 0 or more").at(name));
             }
         }
         Ok(Bushing { p })

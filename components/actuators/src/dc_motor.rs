@@ -7,13 +7,12 @@
 //!     coulomb + brake + (1 − η) |n k i|       against motion that the motor drives: steady, τ = η n k i
 //!     coulomb + brake + (1/η − 1) |n k i|     against motion that drives the motor: steady, τ = n k i/η
 //! ```
-//! A gear loses power whichever way it passes: the loss is dry friction that grows with the torque in the mesh, so the
-//! torque is continuous through standstill and a loaded gear holds within its friction. For all voltages, rates and states
-//! P − τ ω − d/dt(½ L i² + ½ k_hold z²) ≥ 0.
+//! A gear loses power in both directions of power flow: the loss is dry friction that grows with the torque in the mesh, so the torque is continuous
+//! through standstill, and a loaded gear holds within its friction. For all voltages, rates and states P − τ ω − d/dt(½ L i² + ½ k_hold z²) ≥ 0.
 //!
-//! The electronics are a bridge without losses that chops the supply: it cannot give more than the voltage of the supply, lowers the voltage where
-//! the current is at `current_max`, and feeds power back where the shaft drives the motor. At V = 0 the bridge shorts the winding: the motor brakes, and
-//! the generated power heats the winding.
+//! The electronics are a bridge without losses that chops the supply: it cannot supply more than the voltage of the supply, reduces the voltage when
+//! the current is at `current_max`, and feeds power back when the shaft drives the motor. At V = 0 the bridge shorts the winding: the motor brakes,
+//! and the generated power heats the winding.
 //!
 //! The back-EMF is a damping of (n k)² η/R at the shaft: with an explicit integrator keep this times the step
 //! below the inertia of the shaft, and put the rotor's reflected inertia n² J into the driven body.
@@ -27,7 +26,7 @@ pub struct DcMotorParams {
     /// Winding resistance.
     #[param(unit = "ohm", range = 1e-6..)]
     pub resistance: f64,
-    /// Winding inductance; 0: the current follows at once.
+    /// Winding inductance; 0: the current follows immediately.
     #[param(unit = "H", default = 0.0, range = 0.0..)]
     pub inductance: f64,
     /// Torque (and back-EMF) constant.
@@ -36,10 +35,10 @@ pub struct DcMotorParams {
     /// Gear ratio, motor turns per output turn.
     #[param(default = 1.0, range = 1e-3..)]
     pub gear: f64,
-    /// Share of power that passes the gear, from the motor and to the motor.
+    /// Efficiency of the gear, from the motor to the shaft and back.
     #[param(default = 1.0, range = 0.01..=1.0)]
     pub efficiency: f64,
-    /// Greatest current that the electronics pass.
+    /// Current limit of the electronics.
     #[param(unit = "A", default = 1e9, range = 0.0..)]
     pub current_max: f64,
     /// Coulomb friction at the output shaft.
@@ -94,10 +93,10 @@ pub struct DcMotorOut {
     /// Outlet of the heat of the winding and of a shorted bridge, for the port of a thermal node. If it is not connected, the heat goes to the surroundings.
     #[port(connector)]
     pub case: HeatFlow,
-    /// Power that friction of the shaft and losses of the gear take.
+    /// Power dissipated by friction of the shaft and losses of the gear.
     #[port("W", lost)]
     pub friction: f64,
-    /// Energy in the inductance of the winding and in what friction and brake bend.
+    /// Energy in the inductance of the winding and in the elastic deflection of friction and brake.
     #[port("J", stored)]
     pub energy: f64,
     /// Supply of the electronics.
@@ -122,13 +121,13 @@ pub struct DcMotor {
 }
 
 impl DcMotor {
-    /// Voltage that the electronics give, V.
+    /// Output voltage of the electronics, V.
     fn voltage(&self, u: &DcMotorIn) -> f64 {
         let most = u.supply.voltage.max(0.0);
         u.volts.clamp(-most, most)
     }
 
-    /// Voltage at the winding, V: the voltage of the electronics, or less where they hold the current at its limit.
+    /// Voltage at the winding, V: the voltage of the electronics, or less when they limit the current.
     fn winding(&self, u: &DcMotorIn, current: f64) -> f64 {
         let p = &self.p;
         if current.abs() < p.current_max {
@@ -242,7 +241,7 @@ mod tests {
         }
     }
 
-    /// The motor after its gear has turned long enough at this rate to slide.
+    /// Returns the motor after its gear has turned at this rate long enough to slide.
     fn at(volts: f64, rate: f64) -> DcMotorOut {
         let (m, mut x) = (motor(), MotorState::zero());
         let u = DcMotorIn {
@@ -332,7 +331,8 @@ mod tests {
         }
     }
 
-    /// At standstill 10 A through 2 ohm take 200 W for every command. A wheel of 1 ohm at its limit of 5 A takes 25 W at a command of 24 V; it took 120 W.
+    /// At standstill 10 A through 2 ohm draw 200 W for every command. A motor of 1 ohm at its limit of 5 A draws 25 W at a command of 24 V; an
+    /// earlier version drew 120 W.
     #[test]
     fn at_the_limit_of_the_current_only_the_winding_takes_power() {
         let y = at(1000.0, 0.0);
@@ -345,7 +345,7 @@ mod tests {
         assert!((y.supply.current - 25.0 / 28.0).abs() < 1e-15);
     }
 
-    /// A weaker supply gives less torque and speed; none gives none, and brakes.
+    /// A lower supply voltage gives less torque and speed; without a supply the motor brakes.
     #[test]
     fn it_gives_no_more_than_its_supply() {
         let with = |voltage: f64, volts: f64, rate: f64| {

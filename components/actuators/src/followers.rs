@@ -43,7 +43,7 @@ pub struct RateFollowerIn {
     /// Commanded rate.
     #[port("rad/s", default = 0.0)]
     pub target: f64,
-    /// Whether the brake is on.
+    /// The brake is on.
     #[port("1", default = false)]
     pub brake: bool,
     /// Torque of the drive on the axle.

@@ -6,7 +6,7 @@
 //! P = f l̇; torques on the joints, or forces on the sites, by virtual work: `transmission.rs`
 //! ```
 //! A motor has g = (1, 0, 0), b = 0; a position servo of stiffness k and damping d has g = (k, 0, 0), b = (0, −k, −d).
-//! An ideal source of force: it takes its power from no supply. Use `actuators.dc_motor` for a motor with losses.
+//! It is an ideal force source without a supply. Use `actuators.dc_motor` for a motor with losses.
 
 use crate::transmission::{Transmission, ordered};
 use linkwork_runtime::prelude::*;
@@ -14,19 +14,19 @@ use linkwork_runtime::prelude::*;
 /// Joints and law of force.
 #[derive(Params, Clone, Debug)]
 pub struct GeneralActuatorParams {
-    /// What each joint adds to the length for each unit of its coordinate; of a line its gear.
+    /// Change of the length per unit of each joint coordinate; for a line, its gear.
     #[param(default = vec![1.0])]
     pub factors: Vec<f64>,
     /// Sites of a line from the first to the last; 0: joints.
     #[param(default = 0)]
     pub sites: u32,
-    /// Force for each unit of the control: constant, for each unit of the length, for each unit of its rate.
+    /// Force per unit of the control: constant term, and coefficients of the length and of its rate.
     #[param(default = [1.0, 0.0, 0.0])]
     pub gain: [f64; 3],
-    /// Force without control: constant, for each unit of the length, for each unit of its rate.
+    /// Force without control: constant term, and coefficients of the length and of its rate.
     #[param(default = [0.0, 0.0, 0.0])]
     pub bias: [f64; 3],
-    /// Force and moment on site 1 for each unit of force, in the axes of site 2, or of site 1 if `sites` is 1: a wrench instead of a line.
+    /// Force and moment on site 1 per unit of force, in the axes of site 2, or of site 1 if `sites` is 1: a wrench instead of a line.
     #[param(default = None)]
     pub wrench: Option<[f64; 6]>,
     /// The force follows an activation that is the integral of the control over time.
@@ -95,7 +95,7 @@ impl SizedModel for GeneralActuator {
     fn ports(p: &GeneralActuatorParams) -> SizedPorts {
         let control = PortSpec::named("control", PortKind::Numbers, 1).unit_of("1");
         let control =
-            control.doc_of("Control, in the unit that the gain makes a force of.").or(0.0);
+            control.doc_of("Control, in the unit that the gain converts to a force.").or(0.0);
         let inputs = std::iter::once(control).chain(p.transmission().inputs());
         SizedPorts {
             feedthrough_inputs: inputs.collect(),
@@ -117,13 +117,15 @@ impl SizedModel for GeneralActuator {
         ordered(p.activation_range, "activation_range")?;
         if p.integrates && p.time_constant.is_some() {
             return Err(BuildError::new("both `integrates` and `time_constant`")
-                .help("write one of them: an integrator, or a lag")
+                .help("write only one of them: `integrates` for an integrator, `time_constant` for a lag")
                 .at("time_constant"));
         }
         if p.activation_range.is_some() && !p.has_activation() {
-            return Err(BuildError::new("bounds of an activation that does not exist")
-                .help("write `integrates: true` or `time_constant: ..`, or use `control_range`")
-                .at("activation_range"));
+            return Err(BuildError::new(
+                "`activation_range` is written, but the actuator has no activation",
+            )
+            .help("write `integrates: true` or `time_constant: ..`, or use `control_range`")
+            .at("activation_range"));
         }
         Ok(GeneralActuator { p })
     }

@@ -1,18 +1,19 @@
-//! `actuators.gravity_compensation`: an ideal balancer that carries a share of the weight of a body, wherever it is.
+//! `actuators.gravity_compensation`: an ideal balancer that carries a fraction of the weight of a body at any pose.
 //! ```text
 //! F = −s m g(c)        at the centre of mass c;   s: share
 //! ```
-//! A share of 1 takes gravity off the body, as `<gravity>false</gravity>` of an SDF link; `gravcomp` of MJCF is the share. Mass that wires add is not carried.
+//! A fraction of 1 removes the weight of the body, like `<gravity>false</gravity>` of an SDF link; `gravcomp` of MJCF is this fraction. The weight of
+//! mass that wires add is not carried.
 
 use linkwork_runtime::prelude::*;
 
 /// Share of the weight.
 #[derive(Params, Clone, Debug)]
 pub struct GravityCompensationParams {
-    /// Share of the weight that is carried; above 1 the body rises.
+    /// Fraction of the weight that is carried; above 1 the body rises.
     #[param(default = 1.0)]
     pub share: f64,
-    /// Gravity; bodies have no weight without it.
+    /// Gravity; without it bodies have no weight.
     #[param(service)]
     pub gravity: Option<Handle<dyn Gravity>>,
 }
@@ -31,7 +32,7 @@ pub struct GravityCompensationIn {
 /// Load.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct GravityCompensationOut {
-    /// On the body.
+    /// Load on the body.
     #[port(bind = "body")]
     pub load: Wrench,
 }
@@ -41,7 +42,7 @@ pub struct GravityCompensation {
     p: GravityCompensationParams,
 }
 
-/// Carries a share of the weight of a body at its centre of mass.
+/// Carries a fraction of the weight of a body at its centre of mass.
 #[model("actuators.gravity_compensation")]
 impl Model for GravityCompensation {
     type Params = GravityCompensationParams;

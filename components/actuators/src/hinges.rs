@@ -4,8 +4,7 @@
 //! soft stop       τ = ∓ k δ (1 + d δ̇)₊          δ: how far beyond the stop (Hunt, Crossley)
 //! differential    e = q_l + n q_r,   τ_l = −k e − c ė,   τ_r = n τ_l
 //! ```
-//! The differential does no work but on e: with n = 1 the two rockers turn opposite ways and the chassis keeps
-//! the mean of them.
+//! The differential does work only on e: with n = 1 the two rockers rotate in opposite directions, and the chassis keeps their mean angle.
 
 use linkwork_multibody::Spring;
 use linkwork_runtime::prelude::*;
@@ -49,7 +48,7 @@ pub struct SpringDamperOut {
     /// Elastic energy of the spring.
     #[port("J", stored)]
     pub energy: f64,
-    /// Power that the damper turns into heat.
+    /// Power that the damper dissipates.
     #[port("W", lost)]
     pub loss: f64,
 }
@@ -59,7 +58,8 @@ pub struct SpringDamper {
     p: SpringDamperParams,
 }
 
-/// Linear spring and damper on a hinge. A body's hinge has the same law in its fields `spring` and `damping`. The part can be logged, and a phase can remove it.
+/// Linear spring and damper on a hinge. A body's hinge has the same law in its fields `spring` and `damping`. In addition, the outputs of the part
+/// can be logged, and a phase can remove it.
 #[model("actuators.spring_damper")]
 impl Model for SpringDamper {
     type Params = SpringDamperParams;
@@ -89,7 +89,7 @@ pub struct SoftStopParams {
     /// Stiffness beyond a stop (sliders: N/m).
     #[param(unit = "N m/rad", default = 1e4, range = 0.0..)]
     pub stiffness: f64,
-    /// Dissipation: the torque grows by this fraction for each rad/s into the stop.
+    /// Dissipation: the torque increases by this fraction per rad/s into the stop.
     #[param(unit = "s/rad", default = 1.0, range = 0.0..)]
     pub dissipation: f64,
 }
@@ -99,7 +99,7 @@ pub struct SoftStop {
     p: SoftStopParams,
 }
 
-/// Elastic stops of a hinge with Hunt-Crossley dissipation: push only, continuous.
+/// Elastic stops of a hinge with Hunt-Crossley dissipation; they never pull, and their torque is continuous.
 #[model("actuators.soft_stop")]
 impl Model for SoftStop {
     type Params = SoftStopParams;
@@ -150,10 +150,10 @@ pub struct DifferentialIn {
 /// Two torques.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct DifferentialOut {
-    /// On the left rocker.
+    /// Torque on the left rocker.
     #[port(bind = "left")]
     pub left_torque: HingeTorque,
-    /// On the right rocker.
+    /// Torque on the right rocker.
     #[port(bind = "right")]
     pub right_torque: HingeTorque,
     /// Error of the constraint.

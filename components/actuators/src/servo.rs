@@ -5,7 +5,8 @@
 //! position   τ = sat(k (q* − q) − d q̇)
 //! P = τ q̇,   i = P/V of the supply;   without a supply (V = 0) τ = 0: the joint is free
 //! ```
-//! For assemblies that do not simulate motors: they lose no power, and feed back what drives them. k_r times the step must stay below the hinge's inertia.
+//! For assemblies that do not simulate motors: they have no losses, and feed power back when the hinge drives them. k_r times the step must stay
+//! below the hinge's inertia.
 
 use linkwork_runtime::prelude::*;
 
@@ -50,7 +51,7 @@ pub struct TorqueDrive {
     p: TorqueDriveParams,
 }
 
-/// Ideal torque drive: the commanded torque, limited, as of a joint whose torque is controlled inside.
+/// Ideal torque drive: the commanded torque, limited, like a joint with an internal torque controller.
 #[model("actuators.torque_drive")]
 impl Model for TorqueDrive {
     type Params = TorqueDriveParams;
@@ -115,7 +116,7 @@ pub struct RateServo {
     p: RateServoParams,
 }
 
-/// Ideal rate servo: torque in proportion to the rate error, limited.
+/// Ideal rate servo: torque proportional to the rate error, limited.
 #[model("actuators.rate_servo")]
 impl Model for RateServo {
     type Params = RateServoParams;
@@ -159,7 +160,7 @@ pub struct PositionServo {
     p: PositionServoParams,
 }
 
-/// Ideal position servo: spring and damper towards the wanted angle, limited.
+/// Ideal position servo: spring and damper towards the commanded angle, limited.
 #[model("actuators.position_servo")]
 impl Model for PositionServo {
     type Params = PositionServoParams;

@@ -36,10 +36,10 @@ pub struct StrutIn {
 /// Forces and length.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct StrutOut {
-    /// On a.
+    /// Load on a.
     #[port(bind = "a")]
     pub on_a: Wrench,
-    /// On b.
+    /// Load on b.
     #[port(bind = "b")]
     pub on_b: Wrench,
     /// Force; positive pulls the ends together, negative pushes them apart.
@@ -77,7 +77,8 @@ impl Model for Strut {
     fn startup_warnings(&self, u: &StrutIn) -> Vec<BuildError> {
         let length = (u.b.position - u.a.position).norm();
         let pointless = self.p.rest > 0.0 && length < 1e-9 * self.p.rest;
-        let fact = "both of its ends are at one place, where it has no direction and no force";
+        let fact =
+            "both ends are at the same position, so the strut has no direction and exerts no force";
         let help = "move one of its nodes, or write `rest: 0`";
         pointless.then(|| BuildError::new(fact).help(help).at("rest")).into_iter().collect()
     }

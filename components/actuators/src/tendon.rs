@@ -12,19 +12,19 @@ use linkwork_runtime::prelude::*;
 /// Joints, spring and limits.
 #[derive(Params, Clone, Debug)]
 pub struct TendonParams {
-    /// What each joint adds to the length for each unit of its coordinate; of a line one factor, 1 by default.
+    /// Change of the length per unit of each joint coordinate; for a line, one factor, 1 by default.
     #[param(default = vec![1.0])]
     pub factors: Vec<f64>,
     /// Sites of a line from the first to the last; 0: joints.
     #[param(default = 0)]
     pub sites: u32,
-    /// Stiffness, force for each unit of length.
+    /// Stiffness: force per unit of length.
     #[param(default = 0.0, range = 0.0..)]
     pub stiffness: f64,
-    /// Lengths between which the spring has no force.
+    /// Lengths between which the spring exerts no force.
     #[param(default = [0.0, 0.0])]
     pub rest: [f64; 2],
-    /// Damping, force for each unit of rate.
+    /// Damping: force per unit of rate.
     #[param(default = 0.0, range = 0.0..)]
     pub damping: f64,
     /// Bounds of the length; default: none.
@@ -120,7 +120,7 @@ mod tests {
         }
     }
 
-    /// Length, rate, force and torques with both joints at `q`, at the rate `v`.
+    /// Returns length, rate, force and torques with both joints at `q` and the rate `v`.
     fn outputs(q: [f64; 2], v: [f64; 2]) -> Vec<f64> {
         let m = Tendon::build(tendon()).unwrap();
         let mut y = vec![0.0; 5];

@@ -7,12 +7,12 @@
 //! A wrench g = (g_f, g_m) acts on site 1. If there is a second site, R is the rotation of that site, p and θ (a rotation vector in its axes) are the
 //! pose of site 1 in it, v and ω are the velocity relative to it, and the opposite wrench acts on it at the same point. Otherwise R is the rotation of
 //! site 1, v and ω are its velocity, and l = 0.
-//! uₖ points from site k to the next, and is 0 where two sites are in one place. Virtual work: f l̇ = Σ τᵢ q̇ᵢ, or Σ Fₖ · vₖ.
+//! uₖ points from site k to the next, and is 0 if two sites coincide. Virtual work: f l̇ = Σ τᵢ q̇ᵢ, or Σ Fₖ · vₖ.
 
 use linkwork_runtime::Lane;
 use linkwork_runtime::prelude::*;
 
-/// Joints or sites that one transmission may have.
+/// Maximum number of joints or sites of one transmission.
 const MOST: usize = 256;
 
 /// Lanes of the state of a joint, and of a site.
@@ -21,7 +21,7 @@ const SITE: usize = <NodeState as Lane>::N;
 /// Lanes of the load of a site.
 const LOAD: usize = <Wrench as Lane>::N;
 
-/// A transmission: with `sites` above 0 a line, whose only factor is its gear, or a wrench.
+/// A transmission; with `sites` above 0 it is a line, whose only factor is its gear, or a wrench.
 pub(crate) struct Transmission<'a> {
     pub factors: &'a [f64],
     pub sites: u32,
@@ -49,7 +49,14 @@ impl Transmission<'_> {
     /// Input ports `joint1`, `joint2`, .. or `site1`, `site2`, ..
     pub fn inputs(&self) -> Vec<PortSpec> {
         let kinds = [(PortKind::HingeState, JOINT), (PortKind::NodeState, SITE)];
-        self.ports(["joint", "site"], kinds, ["A joint of the sum.", "A site of the line."])
+        self.ports(
+            ["joint", "site"],
+            kinds,
+            [
+                "A joint whose coordinate is a term of the sum.",
+                "A site through which the line passes.",
+            ],
+        )
     }
 
     /// Output ports `torque1`, `torque2`, .. or `load1`, `load2`, ..
@@ -59,7 +66,7 @@ impl Transmission<'_> {
         self.ports(["torque", "load"], kinds, docs)
     }
 
-    /// Length and rate; `u` has the states of the joints or sites.
+    /// Returns length and rate; `u` contains the states of the joints or sites.
     pub fn motion(&self, u: &[f64]) -> [f64; 2] {
         if let Some(gear) = self.wrench {
             return relative(gear, u);
@@ -74,7 +81,7 @@ impl Transmission<'_> {
         [self.factors[0] * l, self.factors[0] * v]
     }
 
-    /// Torques or loads of a force along the transmission.
+    /// Writes the torques or loads of a force along the transmission.
     pub fn load(&self, u: &[f64], force: f64, y: &mut [f64]) {
         if self.sites == 0 {
             y.iter_mut().zip(self.factors).for_each(|(t, c)| *t = c * force);
@@ -95,7 +102,7 @@ impl Transmission<'_> {
         }
     }
 
-    /// Rejects lists that are empty, endless or not finite.
+    /// Rejects lists that are empty, too long or not finite.
     pub fn check(&self) -> Result<(), BuildError> {
         let wrong = |fact: String, help: &str, at: &str| {
             Err(BuildError::new(fact).help(help.to_string()).at(at))
@@ -103,7 +110,7 @@ impl Transmission<'_> {
         let n = self.factors.len();
         let line = self.sites > 0;
         if n == 0 || n > MOST || (line && n > 1) {
-            let help = "write one for each of 1 to 256 joints, factors: [1] with bind: { \"joint1\": \"hinge:..\" }; with `sites` one alone";
+            let help = "write one factor for each of 1 to 256 joints, e.g. factors: [1] with bind: { \"joint1\": \"hinge:..\" }; with `sites`, write exactly one";
             return wrong(format!("{n} factors"), help, "factors");
         }
         if let Some(gear) = self.wrench {
@@ -113,21 +120,29 @@ impl Transmission<'_> {
             }
             if !gear.iter().all(|c| c.is_finite()) {
                 return wrong(
-                    "a number of the wrench is not finite".into(),
+                    "a component of `wrench` is not finite".into(),
                     "write numbers",
                     "wrench",
                 );
             }
             if !(1..=2).contains(&self.sites) {
                 let help = "write sites: 1, or 2 for a wrench between two sites";
-                return wrong(format!("a wrench on {} sites", self.sites), help, "sites");
+                return wrong(
+                    format!("`sites` is {}, but a wrench acts on 1 or 2 sites", self.sites),
+                    help,
+                    "sites",
+                );
             }
             return Ok(());
         }
         if self.sites == 1 || self.sites as usize > MOST {
             let help =
                 "write 2 to 256, with bind: { \"site1\": \"node:..\", \"site2\": \"node:..\" }";
-            return wrong(format!("a line over {} sites", self.sites), help, "sites");
+            return wrong(
+                format!("`sites` is {}, but a line passes through at least 2 sites", self.sites),
+                help,
+                "sites",
+            );
         }
         if self.factors.iter().any(|c| !c.is_finite()) {
             return wrong("a factor is not finite".into(), "write numbers", "factors");
@@ -136,7 +151,7 @@ impl Transmission<'_> {
     }
 }
 
-/// The two parts of a gear, in the axes of the world, and the reference site, if there is one.
+/// Returns force and moment of a gear in the axes of the world, and the reference site, if there is one.
 fn turned(gear: [f64; 6], u: &[f64]) -> (NodeState, Option<NodeState>, [Vec3; 2]) {
     let mut sites = u.chunks_exact(SITE).map(NodeState::get);
     let site = sites.next().unwrap_or_else(NodeState::identity);
@@ -146,7 +161,7 @@ fn turned(gear: [f64; 6], u: &[f64]) -> (NodeState, Option<NodeState>, [Vec3; 2]
     (site, reference, [axes * Vec3::new(fx, fy, fz), axes * Vec3::new(mx, my, mz)])
 }
 
-/// Length and rate along a wrench.
+/// Returns length and rate along a wrench.
 fn relative(gear: [f64; 6], u: &[f64]) -> [f64; 2] {
     let (site, reference, [force, moment]) = turned(gear, u);
     let Some(r) = reference else {
@@ -161,7 +176,7 @@ fn relative(gear: [f64; 6], u: &[f64]) -> [f64; 2] {
     ]
 }
 
-/// Loads of a wrench on its site, and of the opposite one on the reference site.
+/// Writes the loads of a wrench on its site, and of the opposite wrench on the reference site.
 fn wrenches(gear: [f64; 6], u: &[f64], by: f64, y: &mut [f64]) {
     let (site, reference, [force, moment]) = turned(gear, u);
     let (force, moment) = (force * by, moment * by);
@@ -179,7 +194,7 @@ fn wrenches(gear: [f64; 6], u: &[f64], by: f64, y: &mut [f64]) {
     }
 }
 
-/// Length, direction and difference of velocities of each segment of a line.
+/// Returns length, direction and velocity difference of each segment of a line.
 fn segments(u: &[f64]) -> impl Iterator<Item = (f64, Vec3, Vec3)> {
     let sites = || u.chunks_exact(SITE).map(NodeState::get);
     sites().zip(sites().skip(1)).map(|(a, b)| {

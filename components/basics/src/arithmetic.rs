@@ -3,8 +3,8 @@
 //! gain y = k u + c     sum y = Σ u     product y = a b     quotient y = a/b     saturation y = min(max(u, lower), upper)
 //! lookup y = table(u), straight between rows, constant beyond     comparator y = a > b + threshold
 //! ```
-//! Jumps and corners (the limits of a saturation, the rows of a table, the threshold of a comparator) are events: every
-//! integrator ends a step there and begins a new one behind it. Within a step an output stays on its smooth piece.
+//! Jumps and corners (the limits of a saturation, the rows of a table, the threshold of a comparator) are events: every integrator ends a step there
+//! and begins a new one after it. Within a step an output stays on its smooth piece.
 
 use crate::ports::{Input, Inputs, Output, Pair, Truth};
 use linkwork_runtime::prelude::*;
@@ -35,7 +35,7 @@ impl Model for Gain {
     }
 }
 
-/// Nothing to set.
+/// The model has no parameters.
 #[derive(Params, Clone, Debug)]
 pub struct NoParams {}
 
@@ -73,7 +73,7 @@ impl Model for Product {
     }
 }
 
-/// Where a quotient means nothing.
+/// Range of a quotient.
 #[derive(Params, Clone, Debug)]
 pub struct QuotientParams {
     /// Least |b|, SI: the output is 0 where |b| is less, or is zero.
@@ -81,7 +81,7 @@ pub struct QuotientParams {
     pub least: f64,
 }
 
-/// Which smooth piece of an output holds.
+/// Present smooth piece of an output.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Piece {
     /// Its number; 0 at the start.
@@ -98,15 +98,15 @@ impl Piece {
 /// The ends of a piece.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Ends {
-    /// Beyond the upper end where it is above zero.
+    /// Excess over the upper limit; positive beyond it.
     #[port("*")]
     pub upper: f64,
-    /// Beyond the lower end where it is above zero.
+    /// Distance below the lower limit; positive beyond it.
     #[port("*")]
     pub lower: f64,
 }
 
-/// Guards by their places in [`Ends`].
+/// Indices of the guards in [`Ends`].
 const UPPER: usize = 0;
 const LOWER: usize = 1;
 
@@ -211,13 +211,13 @@ pub struct Lookup {
 }
 
 impl Lookup {
-    /// Rows at or below a number: the piece that begins there.
+    /// Returns the number of rows at or below a value, which is the index of the piece.
     fn level(&self, u: f64) -> usize {
         self.p.table.partition_point(|r| r[0] <= u)
     }
 }
 
-/// Table of (u, y), straight between rows and constant beyond its ends.
+/// Table of (u, y), with linear interpolation between rows and constant values beyond its ends.
 #[model("basics.lookup")]
 impl Model for Lookup {
     const MODES: bool = true;
@@ -228,9 +228,11 @@ impl Model for Lookup {
     type FeedthroughOutputs = Output;
     fn build(p: LookupParams) -> Result<Self, BuildError> {
         if p.table.is_empty() || p.table.windows(2).any(|w| w[0][0] >= w[1][0]) {
-            return Err(BuildError::new("the first column of the table must rise")
-                .help("sort the rows by their argument, each larger than the one before")
-                .at("table"));
+            return Err(BuildError::new(
+                "the first column of the table must be strictly increasing",
+            )
+            .help("sort the rows by their first number, and write each value once")
+            .at("table"));
         }
         Ok(Lookup { p })
     }
@@ -271,7 +273,7 @@ impl Model for Lookup {
 /// Threshold.
 #[derive(Params, Clone, Debug)]
 pub struct ComparatorParams {
-    /// How far `a` must exceed `b`.
+    /// Difference by which `a` must exceed `b`.
     #[param(default = 0.0)]
     pub threshold: f64,
 }
@@ -282,13 +284,13 @@ pub struct Comparator {
 }
 
 impl Comparator {
-    /// How far a exceeds b and the threshold.
+    /// Returns a minus b minus the threshold.
     fn over(&self, u: &Pair) -> f64 {
         u.a - u.b - self.p.threshold
     }
 }
 
-/// True when a exceeds b by more than the threshold. In a feedback use `basics.relay`, which has two thresholds.
+/// True when a exceeds b by more than the threshold. In a feedback loop use `basics.relay`, which has two thresholds.
 #[model("basics.comparator")]
 impl Model for Comparator {
     const MODES: bool = true;
@@ -319,7 +321,7 @@ mod tests {
         Clock::at(0.0, 0.1, 0)
     }
 
-    /// The output where the piece follows from the input, as at a row.
+    /// Returns the output for the piece that follows from the input, as at a row.
     fn y<M>(m: &M, u: M::FeedthroughInputs) -> M::FeedthroughOutputs
     where
         M: Model<State = (), DiscreteState = Piece, Store = ()>,

@@ -74,7 +74,7 @@ impl Model for Lag {
     }
 }
 
-/// Nothing to set.
+/// The model has no parameters.
 #[derive(Params, Clone, Debug)]
 pub struct MeterParams {}
 

@@ -1,22 +1,22 @@
-//! `basics.drop_out`: a signal of which samples are lost, singly or in bursts: a data link, an instrument whose readings fail.
+//! `basics.drop_out`: a signal with lost samples, single or in bursts, such as a data link or an instrument with failing readings.
 //! ```text
 //! good → lost with the probability p/(L (1 − p)),  lost → good with 1/L        p: share of lost samples, L: mean length of a loss (Gilbert)
 //! y = u at a sample that arrives, else the last that did
 //! ```
-//! Samples of L = 1/(1 − p) are independent of each other. A latency is the `delay` of a wire.
+//! With L = 1/(1 − p) samples are lost independently of each other. A latency is the `delay` of a wire.
 
 use linkwork_runtime::prelude::*;
 
-/// How often and how long.
+/// Frequency and length of the losses.
 #[derive(Params, Clone, Debug)]
 pub struct DropOutParams {
-    /// Share p of the samples that are lost.
+    /// Fraction p of lost samples.
     #[param(range = 0.0..=0.99)]
     pub share: f64,
     /// Mean number L of samples that are lost in a row; default: each is lost independently of the others, 1/(1 − p).
     #[param(range = 1.0..)]
     pub mean_length: Option<f64>,
-    /// Numbers that the signal has: 3 for a vector.
+    /// Number of components of the signal: 3 for a vector.
     #[param(default = 1, range = 1.0..=4096.0)]
     pub lanes: u32,
 }
@@ -24,7 +24,7 @@ pub struct DropOutParams {
 /// State of the link.
 #[derive(State, Clone, Copy, Debug)]
 struct Link {
-    /// Samples since one arrived; 0: the last one did.
+    /// Number of samples since the last one that arrived; 0: the last sample arrived.
     #[port("1")]
     lost: f64,
     /// The first sample has been taken.
@@ -32,7 +32,7 @@ struct Link {
     started: bool,
 }
 
-/// A signal of which samples are lost.
+/// A signal with lost samples.
 pub struct DropOut {
     lanes: usize,
     /// Probabilities that a sample is lost at the start, after one that arrived, and after one that was lost.
@@ -49,7 +49,7 @@ impl DropOut {
     }
 }
 
-/// A sampled signal of which samples are lost, singly or in bursts; the last one that arrived is kept.
+/// A sampled signal with lost samples, single or in bursts; the last sample that arrived is kept.
 #[model("basics.drop_out")]
 impl SizedModel for DropOut {
     type Params = DropOutParams;
@@ -83,7 +83,7 @@ impl SizedModel for DropOut {
         let enter = p.share / (length * (1.0 - p.share));
         if enter > 1.0 {
             let fact = format!(
-                "a share of {} of the samples cannot be lost in losses of {length} samples",
+                "`share` is {}, which losses of {length} samples each cannot reach",
                 p.share
             );
             let help = format!("write {:.3} or more", p.share / (1.0 - p.share));
@@ -113,7 +113,7 @@ impl SizedModel for DropOut {
 mod tests {
     use super::*;
 
-    /// Share of lost samples, and their mean number in a row.
+    /// Fraction of lost samples, and the mean length of a burst.
     fn counted(share: f64, mean_length: Option<f64>) -> (f64, f64) {
         let m = DropOut::build(DropOutParams { share, mean_length, lanes: 1 }).unwrap();
         let mut d = vec![0.0; Link::N + 1];

@@ -3,8 +3,8 @@
 //! ball    ḣ = v, v̇ = −g;  where h ≤ 0 and v ≤ 0:  v⁺ = −e v⁻
 //! relay   1 where u ≥ on, 0 where u ≤ off, in between as it was
 //! ```
-//! The instants are located on the dense output of the integrator, not at the next step. Both are levels: a ball that starts on
-//! the floor lies there, and a relay whose input starts above `on` is on.
+//! The instants are located on the dense output of the integrator, not at the next step. The guards of both are levels: a ball that starts on the
+//! floor rests there, and a relay whose input starts above `on` is on.
 
 use crate::ports::{Input, Output};
 use linkwork_runtime::prelude::*;
@@ -15,13 +15,13 @@ pub struct BallParams {
     /// Height at the start.
     #[param(unit = "m", range = 0.0..)]
     pub height: f64,
-    /// Speed after an impact over the speed before it.
+    /// Ratio of the speed after an impact to the speed before it.
     #[param(default = 0.8, range = 0.0..=1.0)]
     pub restitution: f64,
     /// Gravity.
     #[param(unit = "m/s^2", range = 0.0..)]
     pub gravity: f64,
-    /// Impacts slower than this stop the ball: what follows would be endless.
+    /// Impact speed below which the ball stops, because otherwise the bounces would never end.
     #[param(unit = "m/s", default = 1e-3, range = 1e-9..)]
     pub speed_min: f64,
 }
@@ -37,13 +37,13 @@ pub struct Fall {
     pub speed: f64,
 }
 
-/// What impacts leave behind.
+/// Counters of impacts.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Impacts {
     /// Impacts so far.
     #[port("1")]
     pub impacts: f64,
-    /// Time of the last one.
+    /// Time of the last impact.
     #[port("s")]
     pub last_impact: f64,
     /// The ball lies still.
@@ -120,19 +120,19 @@ impl Model for BouncingBall {
 /// Two thresholds.
 #[derive(Params, Clone, Debug)]
 pub struct RelayParams {
-    /// On where the input is at this or above it.
+    /// Input at and above which the relay is on.
     pub on: f64,
-    /// Off where the input is at this or below it; both equal: on there.
+    /// Input at and below which the relay is off; if it equals `on`, the relay is on there.
     pub off: f64,
-    /// On at the start.
+    /// The relay is on at the start.
     #[param(default = false)]
     pub start: bool,
 }
 
-/// On or off.
+/// State of the relay.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Switched {
-    /// On.
+    /// The relay is on.
     #[port]
     pub on: bool,
 }
@@ -140,10 +140,10 @@ pub struct Switched {
 /// The thresholds.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Thresholds {
-    /// Input over the upper threshold.
+    /// Input minus the upper threshold.
     #[port("1", rising)]
     pub above_on: f64,
-    /// Input over the lower threshold.
+    /// Input minus the lower threshold.
     #[port("1", falling)]
     pub above_off: f64,
 }
@@ -164,10 +164,10 @@ impl Model for Relay {
     fn build(p: RelayParams) -> Result<Self, BuildError> {
         if p.off > p.on {
             return Err(BuildError::new(format!(
-                "it switches off at {} and on at {}",
+                "`off` is {}, which is above `on` = {}",
                 p.off, p.on
             ))
-            .help("write `off` at or below `on`")
+            .help("`off` must not exceed `on`")
             .at("off"));
         }
         Ok(Relay { p })

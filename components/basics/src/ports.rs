@@ -1,5 +1,4 @@
-//! Ports that many basic models share. They take any unit (`*`): a constant or a gain means what its
-//! author wires it to, in SI.
+//! Ports that many basic models share. They accept any unit (`*`): the quantity of a constant or a gain follows from its wires, in SI.
 
 use linkwork_runtime::prelude::*;
 

@@ -14,11 +14,11 @@
 pub enum Between {
     /// Continuous up to q̈, for positions and rates.
     Smooth,
-    /// Positions: at rest at every row.
+    /// For positions: at rest at every row.
     Stops,
     /// Rates, accelerations: linear.
     Straight,
-    /// Accelerations: constant from each row to the next.
+    /// For accelerations: constant from each row to the next.
     Hold,
 }
 
@@ -76,7 +76,8 @@ fn spline_rates(rows: &[[f64; 2]]) -> Vec<f64> {
 }
 
 impl Profile {
-    /// Creates a profile through positions (time, position), smooth or with stops. Needs at least two rows with strictly increasing times.
+    /// Creates a profile through positions (time, position), smooth or with stops. Creates a profile from at least two rows with strictly increasing
+    /// times.
     #[must_use]
     pub fn of_positions(rows: &[[f64; 2]], between: Between) -> Profile {
         let at = |row: &[f64; 2]| Motion { position: row[1], rate: 0.0, acceleration: 0.0 };
@@ -171,7 +172,7 @@ mod tests {
 
     const ROWS: [[f64; 2]; 5] = [[0.5, 0.2], [1.3, 1.1], [1.9, -0.4], [3.6, 0.3], [4.0, 0.7]];
 
-    /// Greatest jump at the rows of position, rate, acceleration.
+    /// Returns the greatest jumps of position, rate and acceleration at the rows.
     fn jumps(p: &Profile) -> [f64; 3] {
         let mut most = [0.0f64; 3];
         for (k, t) in p.times.iter().enumerate() {
@@ -222,7 +223,7 @@ mod tests {
         assert!(m.acceleration.abs() < 1e-12);
     }
 
-    /// Pieces that do not touch an end are those of the cubic spline: no fourth or fifth power.
+    /// Inner pieces are those of the cubic spline, without a fourth or fifth power.
     #[test]
     fn inside_a_smooth_profile_is_the_cubic_spline() {
         let rows: Vec<[f64; 2]> =

@@ -3,7 +3,7 @@
 //! [["0 s", "0 deg"], ["2 s", "30 deg"]]                rows
 //! (file: "steering.csv", column: "left front")         time in the first column
 //! ```
-//! Such a file is read as [`linkwork_runtime::columns`] says.
+//! [`linkwork_runtime::columns`] describes how such a file is read.
 
 use linkwork_runtime::columns::Columns;
 use linkwork_runtime::prelude::*;
@@ -14,27 +14,28 @@ use linkwork_runtime::{Located, Param, ParamSpec, ReadCx, Unit, Value, split_qua
 pub struct Rows {
     /// Time (s) and value.
     pub rows: Vec<[f64; 2]>,
-    /// Unit of the values as written; `None`: bare numbers.
+    /// Unit of the values as written; `None`: numbers without a unit.
     pub unit: Option<String>,
 }
 
-/// Two rows nearer than this (s) are one instant to the location of events.
+/// Rows that are nearer to each other than this (s) count as one instant in the location of events.
 const APART: f64 = 1e-6;
 
 impl Rows {
-    /// Two rows at least, numbers, times rising.
+    /// Checks that there are at least two rows, with finite numbers and increasing times.
     ///
     /// # Errors
-    /// The first row that is wrong.
+    /// The first faulty row.
     pub fn check(&self) -> Result<(), BuildError> {
         let rows = &self.rows;
         if let Some(k) = rows.iter().position(|r| !r[0].is_finite() || !r[1].is_finite()) {
-            let fact = format!("row {} is ({}, {})", k + 1, rows[k][0], rows[k][1]);
+            let fact =
+                format!("row {} is ({}, {}), which is not finite", k + 1, rows[k][0], rows[k][1]);
             return Err(BuildError::new(fact).help("write finite numbers"));
         }
         if rows.len() < 2 {
-            let fact = format!("{} row(s): a profile goes from one row to another", rows.len());
-            return Err(BuildError::new(fact).help("write two rows or more"));
+            let fact = format!("{} row(s), but a profile needs at least two", rows.len());
+            return Err(BuildError::new(fact).help("write at least two rows"));
         }
         let late = rows.windows(2).position(|w| !(w[1][0] - w[0][0] >= APART));
         if let Some(k) = late {
@@ -45,16 +46,18 @@ impl Rows {
         Ok(())
     }
 
-    /// That the values are in this unit (`rad`, `m/s`, ..).
+    /// Returns an error if the values are not compatible with this unit (`rad`, `m/s`, ..).
     ///
     /// # Errors
-    /// When another was written.
+    /// Another unit was written.
     pub fn check_unit(&self, wanted: &str) -> Result<(), BuildError> {
         let given = self.unit.as_deref().unwrap_or(wanted);
         match (Unit::parse(given), Unit::parse(wanted)) {
             (Ok(a), Ok(b)) if a.same_quantity(&b) => Ok(()),
-            _ => Err(BuildError::new(format!("the values are in {given}, but {wanted} is wanted"))
-                .help(format!("write numbers in {wanted}, or texts such as \"1 {wanted}\""))),
+            _ => Err(BuildError::new(format!(
+                "the values are in {given}, which is not compatible with {wanted}"
+            ))
+            .help(format!("write numbers in {wanted}, or texts such as \"1 {wanted}\""))),
         }
     }
 
@@ -64,12 +67,16 @@ impl Rows {
         for item in items {
             let at = format!("`{}.{}`", cx.path, spec.name);
             let Value::List(pair) = &item.value else {
-                let fact = format!("{at}: a row is (time, value), this is {}", item.value.what());
+                let fact =
+                    format!("{at}: a row must be (time, value), but this is {}", item.value.what());
                 cx.fault(item.origin, fact, None);
                 return None;
             };
             let [time, value] = &pair[..] else {
-                let fact = format!("{at}: a row is (time, value), this has {} numbers", pair.len());
+                let fact = format!(
+                    "{at}: a row must be (time, value), but this has {} numbers",
+                    pair.len()
+                );
                 cx.fault(item.origin, fact, None);
                 return None;
             };
@@ -105,7 +112,7 @@ impl Rows {
                 }
             },
             Some((_, origin)) => {
-                cx.fault(origin, format!("{at}: `column` is a text"), None);
+                cx.fault(origin, format!("{at}: `column` must be a text"), None);
                 return None;
             }
             None if table.headings().len() == 2 => 1,
@@ -133,7 +140,7 @@ impl Rows {
     }
 }
 
-/// A number, or a text with a unit: the value in SI, and the unit.
+/// Reads a number or a text with a unit; returns the value in SI and the unit.
 fn quantity(v: &Located, spec: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<(f64, Option<String>)> {
     if let Value::Text(text) = &v.value
         && let Some((number, unit_text)) = split_quantity(text)
@@ -162,7 +169,7 @@ impl Param for Rows {
             Value::Map(_) => Rows::read_file(v, spec, cx),
             other => {
                 let fact = format!(
-                    "`{}.{}` is rows (time, value) or a file, this is {}",
+                    "`{}.{}` must be rows (time, value) or a file, but it is {}",
                     cx.path,
                     spec.name,
                     other.what()

@@ -7,7 +7,7 @@
 use crate::ports::{Input, One, Output};
 use linkwork_runtime::prelude::*;
 
-/// Nothing to set.
+/// The model has no parameters.
 #[derive(Params, Clone, Debug)]
 pub struct SampledParams {}
 
@@ -42,7 +42,7 @@ pub struct Delay {
     p: DelayParams,
 }
 
-/// Unit delay: the input of the sample before. Breaks algebraic loops.
+/// Unit delay: the input at the previous sample. Breaks algebraic loops.
 #[model("basics.delay")]
 impl Model for Delay {
     type Params = DelayParams;
@@ -66,7 +66,7 @@ pub struct Last {
     /// Last input.
     #[port("*")]
     pub u: f64,
-    /// An input has been seen.
+    /// An input has been sampled.
     #[port("1")]
     pub started: bool,
 }
@@ -74,7 +74,7 @@ pub struct Last {
 /// A differentiator.
 pub struct Differentiator {}
 
-/// Difference of the last two samples over the sample period; 0 at the first.
+/// Difference of the last two samples divided by the sample period; 0 at the first sample.
 #[model("basics.differentiator")]
 impl Model for Differentiator {
     type Params = SampledParams;

@@ -2,7 +2,7 @@
 //! ```text
 //! sine y = offset + A sin(2π f t + φ)     step y = before, then after from t₀ on     ramp y = start + slope (t − t₀)₊
 //! ```
-//! The jump of a step and the corner of a ramp are events: every integrator ends a step there and begins a new one behind it.
+//! The jump of a step and the corner of a ramp are events: every integrator ends a step there and begins a new one after it.
 
 use crate::ports::Output;
 use linkwork_runtime::prelude::*;
@@ -77,10 +77,10 @@ pub struct StepParams {
     pub after: f64,
 }
 
-/// Whether a source has passed its time.
+/// State of a source that changes at a time.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Begun {
-    /// It is at its time or after it.
+    /// The time has been reached.
     #[port]
     pub begun: bool,
 }
@@ -147,7 +147,7 @@ pub struct Ramp {
     p: RampParams,
 }
 
-/// Constant, then growing evenly; the corner is an event.
+/// Constant, then growing linearly; the corner is an event.
 #[model("basics.ramp")]
 impl Model for Ramp {
     const MODES: bool = true;

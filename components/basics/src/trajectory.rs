@@ -62,7 +62,7 @@ fn profile(
     rows.check().map_err(|e| e.at("profile"))?;
     rows.check_unit(units[gives as usize]).map_err(|e| e.at("profile"))?;
     let useless = |name: &str, what: &str| {
-        BuildError::new(format!("{what} leave no choice of it"))
+        BuildError::new(format!("{what} already determine `{name}`"))
             .help(format!("remove `{name}`"))
             .at(name)
     };
@@ -74,7 +74,9 @@ fn profile(
     }
     let (start, start_rate) = (start.unwrap_or(0.0), start_rate.unwrap_or(0.0));
     let impossible = |words: &str| {
-        let fact = format!("a profile of {gives:?}s cannot go so from row to row").to_lowercase();
+        let fact =
+            format!("a profile of {gives:?}s does not support this interpolation between rows")
+                .to_lowercase();
         Err(BuildError::new(fact).help(format!("write one of: {words}")).at("between"))
     };
     match (gives, way) {

@@ -89,12 +89,12 @@ impl Layout {
         self.radii[i]
     }
 
-    /// x of the axis about which the rover turns, m: the mean of the wheels that do not steer, of all when all do.
+    /// x of the axis about which the rover turns, m: the mean of the wheels that do not steer, or of all wheels if all steer.
     pub fn axis(&self) -> f64 {
         self.axis
     }
 
-    /// Steering angle (rad, to the left) and rate (rad/s) of wheel `i` for a speed `v` (m/s, forward) of the point
+    /// Returns steering angle (rad, to the left) and rate (rad/s) of wheel `i` for a speed `v` (m/s, forward) of the point
     /// on the axis and a turn rate (rad/s, left), not both zero.
     pub fn command(&self, i: usize, v: f64, turn: f64) -> [f64; 2] {
         let WheelPlace { position: [x, y], steered, .. } = self.wheels[i];
@@ -116,8 +116,8 @@ impl Layout {
         self.wheels.iter().map(reach).fold(0.0, f64::max)
     }
 
-    /// Body velocity v_x, v_y at the layout's origin (m/s) and turn rate (rad/s) that fit the measured steering (rad)
-    /// and rate (rad/s) of each wheel best. `None` when the wheels do not determine it.
+    /// Returns body velocity v_x, v_y at the layout's origin (m/s) and turn rate (rad/s) that fit the measured steering (rad)
+    /// and rate (rad/s) of each wheel best. Returns `None` if the wheels do not determine the motion.
     pub fn twist(&self, measured: impl Fn(usize) -> [f64; 2]) -> Option<[f64; 3]> {
         let (mut n, mut sy, mut s2) = (0.0, 0.0, 0.0);
         let (mut across, mut sx) = (0.0, 0.0);
@@ -233,7 +233,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// Four, six and eight wheels; with all of them steered, and with none.
+    /// Layouts of four, six and eight wheels, with all of them steered and with none.
     #[test]
     fn odometry_inverts_the_command() {
         let four = [[0.7, 0.5], [0.7, -0.5], [-0.6, 0.5], [-0.6, -0.5]];

@@ -103,9 +103,17 @@ impl SizedModel for Odometry {
         }
         let doc = "Turn rate of the gyro about the vertical.";
         inputs.push(number("yaw_rate".into(), "rad/s", doc).or(0.0));
-        inputs.push(number("roll".into(), "rad", "Turn of the deck about its x axis.").or(0.0));
-        inputs
-            .push(number("pitch".into(), "rad", "Turn of the deck about y, with x down.").or(0.0));
+        inputs.push(
+            number("roll".into(), "rad", "Roll angle of the deck, about its x axis.").or(0.0),
+        );
+        inputs.push(
+            number(
+                "pitch".into(),
+                "rad",
+                "Pitch angle of the deck, about its y axis; positive with x down.",
+            )
+            .or(0.0),
+        );
         SizedPorts {
             inputs,
             outputs: OdometryOut::specs(),
@@ -226,7 +234,7 @@ mod tests {
         }
     }
 
-    /// On a plane of 15° that rises towards x: up the slope, across it, and a turn on it, of which the exact motion is known.
+    /// On a plane of 15° that rises towards x: motions up the slope, across it, and a turn on it, whose exact motions are known.
     #[test]
     fn a_slope_is_as_long_as_its_map() {
         let slope = 15f64.to_radians();

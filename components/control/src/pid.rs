@@ -3,11 +3,11 @@
 //! u = sat(k_f r + k_p e + I − k_d Δy/Δt)        e = r − y
 //! I' = I + k_i e Δt     unless u is at its limit and e would push it further
 //! ```
-//! The derivative acts on the measurement, so a step of the command does not kick.
+//! The derivative acts on the measurement, so a step of the command does not cause a peak of the output.
 
 use linkwork_runtime::prelude::*;
 
-/// Gains in units of output for each unit of the controlled quantity.
+/// Gains in units of output per unit of the controlled quantity.
 #[derive(Params, Clone, Debug)]
 pub struct PidParams {
     /// Proportional gain.
@@ -43,7 +43,7 @@ pub struct PidState {
     pub started: bool,
 }
 
-/// One step of the controller for the command `r` and the measurement `y` over `dt` (s).
+/// Performs one step of the controller for the command `r` and the measurement `y` over `dt` (s).
 pub fn step(p: &PidParams, d: &PidState, r: f64, y: f64, dt: f64) -> PidState {
     let error = r - y;
     let slope = if d.started && dt > 0.0 { (y - d.last) / dt } else { 0.0 };
@@ -133,7 +133,7 @@ mod tests {
         PidParams { kp: 2.0, ki: 4.0, kd: 0.0, feed_forward: 0.0, limit: 10.0 }
     }
 
-    /// ẏ = −y + u + load: settles at the command in spite of the load.
+    /// ẏ = −y + u + load: it settles at the command in spite of the load.
     fn settle(p: &PidParams, r: f64, load: f64, seconds: f64) -> (f64, f64) {
         let (mut y, mut d, dt, mut peak) = (0.0, PidState::zero(), 0.01, 0.0_f64);
         for _ in 0..(seconds / dt) as usize {

@@ -31,7 +31,7 @@ impl Param for Settings {
             }
             other => {
                 let at = format!("`{}.{}`", cx.path, spec.name);
-                let message = format!("{at} is a map of commands, this is {}", other.what());
+                let message = format!("{at} must be a map of commands, but it is {}", other.what());
                 let help = "write e.g. `{ \"radio\": true }`".to_string();
                 cx.fault(v.origin, message, Some(help));
                 None
@@ -44,10 +44,10 @@ impl Param for Settings {
 }
 
 impl Settings {
-    /// Place of each command and its value, SI.
+    /// Index of each command, and its value in SI.
     ///
     /// # Errors
-    /// No such command, set twice, or a value that it cannot have.
+    /// A command does not exist, is set twice, or cannot have the value.
     pub fn places(&self, commands: &[Command]) -> Result<Vec<(usize, f64)>, BuildError> {
         let mut all: Vec<(usize, f64)> = Vec::new();
         for (name, value) in &self.0 {
@@ -66,7 +66,7 @@ impl Settings {
     }
 }
 
-/// The value of a command as a number, SI.
+/// Returns the value of a command as a number in SI.
 fn number(command: &Command, value: &Value) -> Result<f64, BuildError> {
     let name = &command.name;
     let refuse =

@@ -2,7 +2,7 @@
 //! ```text
 //! ρ = ρ₀ e^(−(h − h₀)/H)      p = ρ R_s T      a = √(γ R_s T)      T = g H/R_s when it is not given
 //! ```
-//! Isothermal; good for a scale height or two of range and for closed-form checks.
+//! The model is isothermal; it is valid for a range of one or two scale heights, and useful for closed-form checks.
 
 use linkwork_spatial::Vec3;
 

@@ -1,4 +1,4 @@
-//! Craters of a surface of some age: as many as the Moon's size-frequency law says, each degraded since it was made.
+//! Craters of a surface of a given age: their number follows from the size-frequency law of the Moon, and each has degraded since its formation.
 //! ```text
 //! production   N(> D) = N₁(T) 10^(Σ_k a_k (log₁₀ D)^k), k = 1 … 11      craters on a km², D in km
 //!              from 10 m on (Neukum, Ivanov, Hartmann 2001); narrower ones with the slope that it has at 10 m
@@ -7,9 +7,9 @@
 //!              κ = κ₁ D/1 km
 //! forgotten    when a twentieth of the depth is left
 //! ```
-//! The Moon's maria have κ₁ ≈ 5.5 m²/Myr on the mean of 3 Gyr, found on craters of 0.8 to 5 km (Fassett, Thomson 2014). That κ grows as
-//! the diameter is what lets small craters come into the equilibrium that is observed, N(> D) ∝ D⁻² at a few percent of geometric
-//! saturation (Minton and others 2019), when they are made as D⁻³. A crater that is forgotten is not made.
+//! The Moon's maria have κ₁ ≈ 5.5 m²/Myr on the mean of 3 Gyr, found on craters of 0.8 to 5 km (Fassett, Thomson 2014). κ grows with the diameter;
+//! therefore small craters, which form as D⁻³, reach the observed equilibrium N(> D) ∝ D⁻² at a few percent of geometric saturation (Minton and
+//! others 2019). A crater that has degraded completely is not generated.
 
 use crate::random::Random;
 
@@ -19,12 +19,12 @@ const PRODUCTION: [f64; 11] = [
     8.25e-4, 5.54e-5,
 ];
 
-/// Craters wider than 1 km on a km² that is `age` (Gyr) old.
+/// Returns the number of craters wider than 1 km per km² of a surface of the age `age` (Gyr).
 pub fn chronology(age: f64) -> f64 {
     5.44e-14 * ((6.93 * age).exp() - 1.0) + 8.38e-4 * age
 }
 
-/// Share of craters wider than `d` (m) among those wider than 1 km; above 1 for narrower ones.
+/// Returns the ratio of the number of craters wider than `d` (m) to the number wider than 1 km.
 pub fn production(d: f64) -> f64 {
     let polynomial = |x: f64| PRODUCTION.iter().rev().fold(0.0, |sum, a| (sum + a) * x);
     let (x, least) = ((d / 1000.0).log10(), -2.0);
@@ -35,10 +35,10 @@ pub fn production(d: f64) -> f64 {
     10f64.powf(polynomial(least) + slope * (x - least))
 }
 
-/// Share of its depth at which a crater is forgotten.
+/// Fraction of its original depth at which a crater counts as completely degraded.
 const FORGOTTEN: f64 = 0.05;
 
-/// Step of the table, and its end, in radii.
+/// Step and end of the table, in radii.
 const STEP: f64 = 0.02;
 const END: usize = 400;
 
@@ -47,9 +47,9 @@ const END: usize = 400;
 pub struct Degraded {
     /// τ of each profile; the first is 0.
     taus: Vec<f64>,
-    /// Heights in the middle of rings of the width [`STEP`].
+    /// Heights at the middle of rings of the width [`STEP`].
     profiles: Vec<Vec<f64>>,
-    /// Beyond this many radii nothing is seen of it.
+    /// Number of radii beyond which a crater has no visible effect.
     reaches: Vec<f64>,
 }
 
@@ -90,19 +90,19 @@ impl Degraded {
         self.profiles.push(h.to_vec());
     }
 
-    /// The degradation at which a crater is forgotten.
+    /// Returns the degradation at which a crater counts as completely degraded.
     pub fn last(&self) -> f64 {
         self.taus[self.taus.len() - 1]
     }
 
-    /// The two profiles between which τ is, and how far it is from the first.
+    /// Returns the index of the profile below τ, and the fraction of the interval to the next one.
     fn between(&self, tau: f64) -> (usize, f64) {
         let k = self.taus.partition_point(|t| *t <= tau).clamp(1, self.taus.len() - 1) - 1;
         let (a, b) = (self.taus[k], self.taus[k + 1]);
         (k, ((tau - a) / (b - a)).clamp(0.0, 1.0))
     }
 
-    /// Height over the ground at x radii from the middle, in radii.
+    /// Returns the height above the ground at x radii from the middle, in radii.
     pub fn height(&self, x: f64, tau: f64) -> f64 {
         let (k, f) = self.between(tau);
         let at = (x / STEP - 0.5).max(0.0);
@@ -114,7 +114,7 @@ impl Degraded {
         along(&self.profiles[k]) * (1.0 - f) + along(&self.profiles[k + 1]) * f
     }
 
-    /// How far it is seen, in radii.
+    /// Returns the radius up to which the crater changes the ground, in crater radii.
     pub fn reach(&self, tau: f64) -> f64 {
         let (k, _) = self.between(tau);
         self.reaches[k].max(self.reaches[k + 1])
@@ -127,7 +127,7 @@ impl Default for Degraded {
     }
 }
 
-/// Middle of ring `i`, in radii.
+/// Returns the middle of ring `i`, in radii.
 fn ring(i: usize) -> f64 {
     (i as f64 + 0.5) * STEP
 }
@@ -139,7 +139,7 @@ pub struct Aged {
     pub x: f64,
     /// Centre, m.
     pub y: f64,
-    /// Diameter when it was made, m.
+    /// Diameter at its formation, m.
     pub diameter: f64,
     /// Degradation τ = κ t/R².
     pub tau: f64,
@@ -159,7 +159,7 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// For diameters of a fine ladder, from the smallest: craters on the surface that are wider and not forgotten.
+    /// For a fine series of diameters from the smallest on: number of wider craters on the surface that are not completely degraded.
     fn ladder(&self, forgotten: f64) -> Vec<(f64, f64)> {
         let [low, high] = self.diameters;
         let [x0, y0, x1, y1] = self.bounds;
@@ -179,22 +179,22 @@ impl Surface {
         out
     }
 
-    /// Age (Gyr) of the oldest crater of a diameter that is not forgotten.
+    /// Returns the age (Gyr) of the oldest crater of a diameter that is not completely degraded.
     fn oldest(&self, d: f64, forgotten: f64) -> f64 {
         (forgotten / self.degradation(d, 1.0)).min(self.age)
     }
 
-    /// τ of a crater of the diameter `d` (m) at an age (Gyr).
+    /// Returns τ of a crater of the diameter `d` (m) at an age (Gyr).
     fn degradation(&self, d: f64, age: f64) -> f64 {
         self.diffusivity * d * 1e-3 * age * 1e3 / (0.25 * d * d)
     }
 
-    /// How many craters it has, on the average.
+    /// Returns the mean number of craters.
     pub fn wanted(&self, degraded: &Degraded) -> f64 {
         self.ladder(degraded.last())[0].1
     }
 
-    /// Its craters, in the order in which they were drawn.
+    /// Returns its craters in the order in which they were drawn.
     pub fn craters(&self, degraded: &Degraded, seed: u64) -> Vec<Aged> {
         let ladder = self.ladder(degraded.last());
         let mut random = Random::new(seed, 5);
@@ -216,7 +216,7 @@ impl Surface {
     }
 }
 
-/// The age (Gyr) at which the chronology has a value: by halving, between 0 and 5 Gyr.
+/// Returns the age (Gyr) at which the chronology has a value, by bisection between 0 and 5 Gyr.
 fn age_of(made: f64) -> f64 {
     let (mut low, mut high) = (0.0, 5.0);
     for _ in 0..60 {
@@ -241,7 +241,7 @@ pub fn crater_profile(d: f64, rho: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Numbers that are known of the law: its value at 1 km, its slopes, and the Moon's maria.
+    /// Known values of the law: its value at 1 km, its slopes, and those of the Moon's maria.
     #[test]
     fn the_law_is_that_of_the_moon() {
         assert_eq!(production(1000.0), 1.0);
@@ -284,8 +284,8 @@ mod tests {
         assert!((risen / tau - 4.0 * 0.4).abs() < 0.02, "{}", risen / tau);
     }
 
-    /// Fassett and Thomson (2014): with 5.5 m²/Myr, after 3 Gyr, a crater of 1 km has 52 % of its depth, one of 300 m 7 %. Theirs
-    /// begins with another profile; a parabola with our rim was measured to have 59 % and 6.6 %.
+    /// Fassett and Thomson (2014): with 5.5 m²/Myr, after 3 Gyr, a crater of 1 km has 52 % of its depth, one of 300 m 7 %. Their model begins with
+    /// another profile; the parabola with rim used here gives 59 % and 6.6 %.
     #[test]
     fn depths_after_three_billion_years_are_those_of_the_maria() {
         let table = Degraded::new();

@@ -63,7 +63,7 @@ impl Service for UniformGravity {
         let world = p.world.as_ref().map(PlanetWorld::of).transpose()?;
         match (world, p.acceleration) {
             (Some(world), _) if world.planet.site.is_none() => {
-                let fact = "uniform gravity is for level ground, but by `world` the origin of W is the centre of a body";
+                let fact = "uniform gravity is for level ground, but `world` places the origin of W at the centre of a body";
                 let help = "use `environment.point_mass_gravity`, or write `site: (.., turning: false)` in `world`";
                 Err(BuildError::new(fact).help(help))
             }

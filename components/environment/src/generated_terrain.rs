@@ -7,16 +7,16 @@ use crate::soil_map::{SoilMap, SoilPatch, SoilRaster};
 use crate::terrain::GridTerrain;
 use linkwork_runtime::prelude::*;
 
-/// What to generate.
+/// Parameters of generated terrain.
 #[derive(Params, Clone, Debug)]
 pub struct GeneratedParams {
-    /// Seed: same seed, same world.
+    /// Seed; equal seeds give the same terrain.
     #[param(default = 1)]
     pub seed: u64,
     /// Extent along x and y, centred on the origin, m.
     #[param(default = [100.0, 100.0])]
     pub size: [f64; 2],
-    /// Distance of nodes.
+    /// Spacing of nodes.
     #[param(unit = "m", default = 0.1, range = 1e-3..)]
     pub spacing: f64,
     /// Slope of the mean plane along x and y, rise over run.
@@ -37,17 +37,17 @@ pub struct GeneratedParams {
     /// Smallest and largest crater diameter, m.
     #[param(default = [1.0, 10.0])]
     pub crater_diameters: [f64; 2],
-    /// Age of the surface in Gyr: it has the craters of the Moon's size-frequency law for that age, each degraded since it was made, beside
-    /// those of `craters`; 0: none.
+    /// Age of the surface in Gyr: it has the craters of the Moon's size-frequency law for that age, each degraded since its formation, in addition to
+    /// `craters`; 0: none.
     #[param(default = 0.0, range = 0.0..=4.5)]
     pub crater_age_gyr: f64,
-    /// How fast craters of that law degrade: diffusivity of the ground for craters of 1 km, m²/Myr; it grows as the diameter.
+    /// Degradation rate of these craters: diffusivity of the ground for craters of 1 km, m²/Myr; it is proportional to the diameter.
     #[param(default = 5.5, range = 1e-3..=1e3)]
     pub crater_diffusivity_m2_myr: f64,
     /// Dunes across the whole map.
     #[param(default = None)]
     pub dunes: Option<Dunes>,
-    /// Steps, ramps, washboards, egg cartons, levelled places and trenches, each on those before it; rocks lie on them.
+    /// Steps, ramps, washboards, egg cartons, levelled areas and trenches, each applied to the result of the previous ones; rocks lie on them.
     #[param(default = vec![])]
     pub landforms: Vec<Landform>,
     /// Fraction of the ground covered by rocks (Golombek's k).
@@ -56,36 +56,36 @@ pub struct GeneratedParams {
     /// Smallest and largest rock diameter, m.
     #[param(default = [0.1, 0.8])]
     pub rock_diameters: [f64; 2],
-    /// Least and greatest share of a rock's height that is buried; half: as high over the ground as half its width.
+    /// Least and greatest fraction of a rock's height that is buried; with ½ a rock rises above the ground by half its width.
     #[param(default = [0.5, 0.5])]
     pub rock_burial: [f64; 2],
-    /// Discs kept clear of rocks and craters: x, y and radius, m.
+    /// Discs without rocks and craters: x, y and radius, m.
     #[param(default = vec![])]
     pub clear: Vec<[f64; 3]>,
     /// Moves the height at x = y = 0 to z = 0.
     #[param(default = true)]
     pub level: bool,
-    /// The soil everywhere; what computes with the soil or its friction needs it.
+    /// Soil of the remaining ground; models that use soil or its friction need it.
     #[param(default = None)]
     pub soil: Option<SoilParams>,
-    /// Polygons of other soils, each over those before it.
+    /// Polygons of other soils; a later polygon covers earlier ones.
     #[param(default = vec![])]
     pub soils: Vec<SoilPatch>,
-    /// A raster of other soils, under the polygons.
+    /// A raster of other soils; polygons cover it.
     #[param(default = None)]
     pub soil_map: Option<SoilRaster>,
 }
 
-/// Most nodes of a generated map.
+/// Maximum number of nodes of a generated map.
 const NODES_MAX: f64 = 64e6;
 
-/// Most craters of a generated map.
+/// Maximum number of craters of a generated map.
 const CRATERS_MAX: u32 = 1_000_000;
 
-/// Most rocks of a generated map.
+/// Maximum number of rocks of a generated map.
 const ROCKS_MAX: f64 = 5e6;
 
-/// Ground made from a seed: fractal relief, craters with raised rims, dunes and other forms, rocks of Golombek's distribution.
+/// Ground generated from a seed: fractal relief, craters with raised rims, dunes and other landforms, rocks with Golombek's distribution.
 #[service("environment.generated_terrain", Terrain)]
 impl Service for GridTerrain {
     type Params = GeneratedParams;
@@ -127,9 +127,11 @@ impl Service for GridTerrain {
         }
         let [least, most] = p.rock_burial;
         if !(least >= 0.0 && least <= most && most < 1.0) {
-            return Err(BuildError::new(format!("rocks are not buried from {least} to {most}"))
-                .at("rock_burial")
-                .help("write two shares from 0 to below 1, the smaller one first"));
+            return Err(BuildError::new(format!(
+                "`rock_burial` from {least} to {most} is not a valid range"
+            ))
+            .at("rock_burial")
+            .help("write two fractions, each at least 0 and below 1, the smaller one first"));
         }
         if let Some(dunes) = &p.dunes {
             dunes.lee_length()?;

@@ -8,9 +8,9 @@
 //!          N(> D) = ∫_D^∞ 4 k q e^(−q D')/(π D'²) dD'    rocks per m²
 //! height   H/D = ½ √((1 − b)/b)   b ≥ ½,   1 − b   b < ½          of a ball buried to the share b of its height
 //! ```
-//! D is the visible diameter at ground level, by which rocks are counted: a rock that is buried to one half is half as high as wide. Each rock is
-//! added to the heights as a spherical cap and listed. The grid resolves the shape of rocks that are wider than about four cells.
-//! Order: relief, craters (large ones first), slope, dunes, forms, rocks.
+//! D is the visible diameter at ground level, by which rocks are counted: a rock with half of its height buried is half as high above the ground as
+//! it is wide. Each rock is added to the heights as a spherical cap and listed. The grid resolves the shape of rocks that are wider than about four
+//! cells. Order: relief, craters (large ones first), slope, dunes, forms, rocks.
 
 use crate::craters::{Degraded, Surface, crater_profile};
 use crate::height_field::HeightField;
@@ -39,7 +39,7 @@ pub struct Recipe {
     pub seed: u64,
     /// Extent along x and y; the map is centred on the origin.
     pub size: [f64; 2],
-    /// Distance of nodes.
+    /// Spacing of nodes.
     pub spacing: f64,
     /// Slope of the mean plane along x and y (rise over run).
     pub slope: [f64; 2],
@@ -65,9 +65,9 @@ pub struct Recipe {
     pub rock_cover: f64,
     /// Smallest and largest rock diameter.
     pub rock_diameters: [f64; 2],
-    /// Least and greatest share of a rock's height that is buried.
+    /// Least and greatest fraction of a rock's height that is buried.
     pub rock_burial: [f64; 2],
-    /// Discs kept clear of rocks and craters: x, y, radius.
+    /// Discs without rocks and craters: x, y, radius.
     pub clear: Vec<[f64; 3]>,
 }
 

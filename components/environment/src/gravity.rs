@@ -131,7 +131,8 @@ fn sources(
     Ok(all)
 }
 
-/// Greatest relative differences of the gravitational parameters of file and world: if `mu` is written in the world, and if it comes from `body`.
+/// Greatest relative difference of the gravitational parameters of file and world, first if `mu` is written in the world, then if it comes from
+/// `body`.
 const SAME: (f64, f64) = (1e-6, 0.02);
 
 /// Returns an error if a field from a file does not belong to the body of the world.

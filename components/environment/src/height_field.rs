@@ -34,7 +34,7 @@ impl HeightField {
         Ok(HeightField { grid, heights: surface.heights, datum: 0.0 })
     }
 
-    /// Creates a level grid of height 0. The memory of its heights is not touched before they are written, so each page is mapped once.
+    /// Creates a level grid of height 0. The memory of the heights is not accessed before they are written, so that each page is mapped once.
     ///
     /// # Errors
     /// [`GridFault`].

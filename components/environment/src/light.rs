@@ -1,30 +1,30 @@
-//! Sunlight at a point: how much of the Sun's disc bodies and the horizon hide.
+//! Sunlight at a point: the fraction of the Sun's disc that bodies and the horizon hide.
 //! ```text
 //! ν = 1 − Σ (1 − ν_k)      ν_k: visible part of the disc past body k alone (conical shadow; Montenbruck & Gill, 3.4.2)
 //! E = S (AU/d)²            S at 1 AU, d from the point to the Sun
 //! ```
-//! If two bodies overlap as seen from the point, only the one that hides more of the Sun counts. Bodies are round and have no air.
+//! If two bodies overlap as seen from the point, only the one that hides more of the Sun counts. Bodies are spheres without an atmosphere.
 
 use linkwork_runtime::prelude::*;
 use linkwork_world::eclipse::Discs;
 use linkwork_world::planet::{AU, RADIUS_SUN};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// The Sun as seen from a point, and what was found to stand before it.
+/// The Sun as seen from a point, and the bodies that hide it.
 pub(crate) struct SunView {
-    /// From the point to the Sun (m, W).
+    /// Vector from the point to the Sun (m, W).
     sun: Vec3,
     distance: f64,
     irradiance: f64,
     visible: f64,
     penumbra: f64,
     umbra: f64,
-    /// Direction and half width of the bodies that hide some of it.
+    /// Direction and angular radius of the bodies that hide a part of it.
     before: Option<(Vec3, f64)>,
 }
 
 impl SunView {
-    /// With nothing before it; `constant` is the power of sunlight at 1 AU (W/m²).
+    /// Creates the light of an unobstructed Sun; `constant` is the solar irradiance at 1 AU (W/m²).
     pub fn new(sun: &Vec3, constant: f64) -> SunView {
         let distance = sun.norm();
         let irradiance = constant * (AU / distance).powi(2);
@@ -32,7 +32,7 @@ impl SunView {
         SunView { sun: *sun, distance, irradiance, visible, penumbra, umbra, before: None }
     }
 
-    /// A round body at `r` from the point (m, W) stands before it, or not.
+    /// Adds a spherical body at `r` from the point (m, W), which may cover the disc.
     pub fn behind(&mut self, r: &Vec3, radius: f64) {
         let sun = (RADIUS_SUN / self.distance).min(1.0).asin();
         let body = (radius / r.norm()).min(1.0).asin();
@@ -44,7 +44,7 @@ impl SunView {
         self.add(Discs { sun, body, separation }, *r);
     }
 
-    /// Level ground hides what is below the horizontal of W.
+    /// Level ground hides the part of the Sun below the horizontal plane of W.
     pub fn horizon(&mut self) {
         let sun = (RADIUS_SUN / self.distance).min(1.0).asin();
         let across = (self.sun.x * self.sun.x + self.sun.y * self.sun.y).sqrt();

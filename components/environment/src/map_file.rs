@@ -108,7 +108,7 @@ impl OpenMap {
     /// Returns a map with random access to heights. A GeoTIFF is read into memory for this, other maps are returned unchanged.
     ///
     /// # Errors
-    /// A GeoTIFF of more than 64 million nodes.
+    /// A GeoTIFF has more than 64 million nodes.
     pub fn anywhere(self) -> Result<OpenMap, BuildError> {
         let OpenMap::Rows { open, name, .. } = self else { return Ok(self) };
         let told = |e: &dyn std::fmt::Display| BuildError::of(&format!("`{name}`: {e}"));
@@ -284,7 +284,7 @@ fn whole(
 /// Summary of a map.
 #[derive(Clone, Debug)]
 pub struct Survey {
-    /// Datum that the heights are relative to (m).
+    /// Datum of the heights (m).
     pub datum: f64,
     /// Least and greatest height above the datum (m); NaN without data.
     pub range: [f32; 2],

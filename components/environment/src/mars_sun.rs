@@ -8,7 +8,7 @@
 //! LTST = MTC − λ_W/15 + EOT/15                           δ = asin(0.42565 sin L_s) + 0.25° sin L_s
 //! R = 1.52367934 (1.00436 − 0.09309 cos M − 0.004336 cos 2M − 0.00031 cos 3M − 0.00003 cos 4M)  AU
 //! ```
-//! Angles in degrees, times in hours. Good to about 3 s of Mars time.
+//! Angles in degrees, times in hours. The error is about 3 s of Mars time.
 
 use linkwork_spatial::Vec3;
 use std::str::FromStr;
@@ -24,7 +24,7 @@ const PERTURBERS: [(f64, f64, f64); 7] = [
     (0.0018, 32.8493, 49.095),
 ];
 
-/// Mars and the sun at one instant.
+/// Mars and the Sun at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MarsTime {
     /// Areocentric solar longitude L_s, deg in 0 to 360.
@@ -35,25 +35,25 @@ pub struct MarsTime {
     pub sol_date: f64,
     /// Coordinated Mars time at the prime meridian, h.
     pub mtc_h: f64,
-    /// Planetographic declination of the sun, deg: the planetocentric one is asin(0.42565 sin L_s).
+    /// Planetographic declination of the Sun, deg; the planetocentric one is asin(0.42565 sin L_s).
     pub declination_deg: f64,
-    /// Distance of the sun, AU.
+    /// Distance of the Sun, AU.
     pub distance_au: f64,
 }
 
-/// A text that is not a UTC date.
+/// The text is not a UTC date.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("`{0}` is not a date: write UTC as 2004-01-03T13:46:31Z")]
 pub struct DateError(pub String);
 
-/// Days of terrestrial time since J2000 of a UTC text such as `2004-01-03T13:46:31Z`.
+/// Returns the days of terrestrial time since J2000 of a UTC text such as `2004-01-03T13:46:31Z`.
 pub fn days_since_j2000(utc: &str) -> Result<f64, DateError> {
     let epoch = hifitime::Epoch::from_str(utc).map_err(|_| DateError(utc.to_string()))?;
     Ok(epoch.to_jde_tt_days() - 2_451_545.0)
 }
 
 impl MarsTime {
-    /// At `days` of terrestrial time since J2000 (2000-01-01 12:00 TT).
+    /// Computes Mars and the Sun at `days` of terrestrial time since J2000 (2000-01-01 12:00 TT).
     pub fn at(days: f64) -> MarsTime {
         let m = (19.3871 + 0.524_020_73 * days).to_radians();
         let alpha = 270.3871 + 0.524_038_496 * days;
@@ -87,12 +87,12 @@ impl MarsTime {
         }
     }
 
-    /// Local true solar time at an east longitude (deg), h in 0 to 24.
+    /// Returns the local true solar time at an east longitude (deg), h in 0 to 24.
     pub fn local_true_solar_h(&self, longitude_deg: f64) -> f64 {
         (self.mtc_h + longitude_deg / 15.0 + self.equation_of_time_deg / 15.0).rem_euclid(24.0)
     }
 
-    /// Unit vector towards the sun in the site's frame (x east, y north, z up) at a geodetic latitude and an east
+    /// Returns the unit vector towards the Sun in the site's frame (x east, y north, z up) at a geodetic latitude and an east
     /// longitude (deg). The Sun is far away, so its direction has the planetocentric declination at every latitude.
     pub fn sun_direction(&self, latitude_deg: f64, longitude_deg: f64) -> Vec3 {
         let (sin_lat, cos_lat) = latitude_deg.to_radians().sin_cos();

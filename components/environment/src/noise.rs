@@ -14,8 +14,8 @@ pub(crate) struct Cell {
     seed: u64,
     /// cos and sin at (0, 0), (1, 0), (0, 1), (1, 1).
     gradients: [[f64; 2]; 4],
-    /// Cache, indexed by the low bits of the column and row of a lattice point, so that neighbours are neighbours in memory: column and row, and cos
-    /// and sin of the gradient there.
+    /// Cache, indexed by the low bits of the column and row of a lattice point, so that neighbouring points are neighbours in memory: column and row,
+    /// and cos and sin of the gradient there.
     known: Vec<([i64; 2], [f64; 2])>,
 }
 

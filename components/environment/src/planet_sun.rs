@@ -56,7 +56,7 @@ impl Service for EphemerisSun {
     fn build(p: EphemerisSunParams, _: &Files) -> Result<Self, BuildError> {
         let world = PlanetWorld::of(&p.world)?;
         world.needs_light()?;
-        let course = world.heavens("the Sun's place")?.course(Body::Sun, "world")?;
+        let course = world.heavens("the position of the Sun")?.course(Body::Sun, "world")?;
         Ok(EphemerisSun { course, world })
     }
 }

@@ -31,8 +31,8 @@ pub struct PolyhedralParams {
     /// The world, whose body has this shape. The body rotates about z of the file; `angle` is the angle from x of W to x of the file at t = 0.
     #[param(service)]
     pub world: Handle<dyn World>,
-    /// Other bodies whose gravity acts: sun, moon, earth, venus, mars, jupiter. They need an epoch in `world`, no site, and either `orbit` or a shape
-    /// with the mass of the Earth, Mars or the Moon.
+    /// Bodies whose gravity acts in addition: sun, moon, earth, venus, mars, jupiter. They need an epoch in `world`, no site, and either `orbit` or a
+    /// shape with the mass of the Earth, Mars or the Moon.
     #[param(default = Vec::new())]
     pub third_bodies: Vec<Third>,
     /// With `third_bodies`: the orbit of this body about the Sun.

@@ -1,11 +1,11 @@
-//! A small seeded generator for building terrain (SplitMix64): same seed, same world, on any machine.
+//! A small generator with a seed for terrain (SplitMix64): equal seeds give the same terrain on every machine.
 
 /// A stream of random numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct Random(u64);
 
 impl Random {
-    /// The stream of a seed; streams of different `purpose` do not overlap in practice.
+    /// Creates the stream of a seed; streams of different `purpose` do not overlap in practice.
     pub fn new(seed: u64, purpose: u64) -> Random {
         let mut r = Random(seed ^ purpose.wrapping_mul(0x9e37_79b9_7f4a_7c15));
         r.bits();

@@ -1,4 +1,4 @@
-//! Soil of a terrain as parameters: a published kind, any constant of which may be replaced.
+//! Soil of a terrain as parameters: a published set of constants, each of which may be replaced.
 //!
 //! | kind | n₀ | n₁ | k_c | k_φ | c Pa | φ ° | K m | source |
 //! |---|---|---|---|---|---|---|---|---|
@@ -20,8 +20,8 @@
 //! slip sinkage.
 //!
 //! MarsDrift is an estimate of loose drift, which is not based on measurements of Mars soil. Its constants are chosen so that a 0.25 m × 0.4 m wheel
-//! under 560 N slips by 43 % on a slope of 15° and 76 % on 20° (`tests/tests/rover/wheels.rs` holds it). These slips come from a single-wheel rig on
-//! Earth: a wheel of a lunar rover prototype, 0.225 m in radius, on a lunar simulant of the type GRC-1.
+//! under 560 N slips by 43 % on a slope of 15° and 76 % on 20° (`tests/tests/rover/wheels.rs` checks this). These slips come from a single-wheel rig
+//! on Earth: a wheel of a lunar rover prototype, 0.225 m in radius, on a lunar simulant of the type GRC-1.
 
 use linkwork_runtime::prelude::*;
 
@@ -54,7 +54,7 @@ pub enum SoilKind {
     MarsDrift,
 }
 
-/// A soil: a kind, and constants that differ from it.
+/// A soil: a published set, and constants that replace its values.
 #[derive(Params, Clone, Debug)]
 pub struct SoilParams {
     /// Published set to start from.
@@ -80,13 +80,13 @@ pub struct SoilParams {
     /// Shear deformation modulus.
     #[param(unit = "m", default = None)]
     pub shear_modulus: Option<f64>,
-    /// Angle of greatest stress over the entry angle, without slip.
+    /// Ratio of the angle of greatest stress to the entry angle, without slip.
     #[param(default = None)]
     pub a0: Option<f64>,
     /// Growth with slip of the ratio `a0`.
     #[param(default = None)]
     pub a1: Option<f64>,
-    /// Rear contact ratio: 0 leaves a rut, 1 springs back.
+    /// Ratio of the rear contact angle to the entry angle: with 0 the soil keeps a rut, with 1 it recovers completely.
     #[param(default = None)]
     pub lambda: Option<f64>,
     /// Bulk density.
@@ -288,7 +288,7 @@ impl SoilParams {
         ];
         match faults.iter().find(|(_, _, fine, _)| !fine) {
             Some((name, value, _, what)) => {
-                let fact = format!("no soil has {name} = {value}");
+                let fact = format!("{name} = {value} is not possible for a soil");
                 Err(BuildError::new(fact)
                     .at(format!("soil.{name}"))
                     .help(format!("{name} is {what}")))
@@ -331,7 +331,10 @@ mod tests {
             SoilParams { shear_modulus: Some(0.0), ..SoilParams::of(SoilKind::Lunar) },
         ] {
             let told = p.soil().unwrap_err();
-            assert!(told.message.starts_with("no soil has") && told.help.is_some(), "{told:?}");
+            assert!(
+                told.message.contains("is not possible for a soil") && told.help.is_some(),
+                "{told:?}"
+            );
         }
     }
 }

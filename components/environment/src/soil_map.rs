@@ -1,4 +1,4 @@
-//! Which soil is where: one everywhere, a raster of numbers on it, polygons on top.
+//! Distribution of soils: a soil of the whole ground, covered by a raster of soil numbers, covered by polygons.
 
 use crate::soil::SoilParams;
 use linkwork_formats::heights::{HeightsOptions, read_heights};
@@ -7,7 +7,7 @@ use linkwork_runtime::prelude::*;
 /// A polygon of one soil.
 #[derive(Params, Clone, Debug)]
 pub struct SoilPatch {
-    /// Corners x, y, m, in order; three at least.
+    /// Corners x, y in order, m; at least three.
     pub outline: Vec<[f64; 2]>,
     /// The soil within.
     pub soil: SoilParams,
@@ -16,7 +16,7 @@ pub struct SoilPatch {
 /// Meaning of the numbers of a raster.
 #[derive(Params, Clone, Debug)]
 pub struct SoilNumber {
-    /// The number: of a grey picture of 8 bits its grey value.
+    /// The number; for a grey image of 8 bits the grey value.
     pub number: u32,
     /// The soil.
     pub soil: SoilParams,
@@ -25,31 +25,31 @@ pub struct SoilNumber {
 /// A raster of soils.
 #[derive(Params, Clone, Debug)]
 pub struct SoilRaster {
-    /// A file of any format that heights come in: grey PNG or BMP, GeoTIFF, ASCII grid. Its samples are whole numbers; where it
-    /// has no data the ground has the soil that is everywhere.
+    /// A file of any format for heights: grey PNG or BMP, GeoTIFF, ASCII grid. Its samples are integers; nodes without data have the soil of the
+    /// remaining ground.
     pub file: String,
     /// x_min, y_min, x_max, y_max of the image's edges, m; default: the bounds of the terrain.
     #[param(default = None)]
     pub bounds: Option<[f64; 4]>,
-    /// What each number means.
+    /// Soil of each number.
     pub soils: Vec<SoilNumber>,
 }
 
-/// Where nothing says so, the soil that is everywhere.
+/// Index of the soil of the remaining ground.
 const EVERYWHERE: u16 = 0;
 
-/// Cells of a raster, each of one soil.
+/// Cells of a raster; each cell has one soil.
 struct Cells {
     /// x_min, y_min (m), and the inverse of a cell's edges (1/m).
     corner: [f64; 2],
     inverse: [f64; 2],
     nx: usize,
     ny: usize,
-    /// Places in the list of soils, the southern row first.
+    /// Indices in the list of soils, the southern row first.
     soils: Vec<u16>,
 }
 
-/// A polygon with the box around it.
+/// A polygon with its bounding box.
 struct Patch {
     within: [f64; 4],
     outline: Vec<[f64; 2]>,
@@ -57,7 +57,7 @@ struct Patch {
 }
 
 impl Patch {
-    /// Whether a point is inside, by the even-odd rule.
+    /// Returns whether a point is inside, by the even-odd rule.
     fn holds(&self, x: f64, y: f64) -> bool {
         let [x0, y0, x1, y1] = self.within;
         if !(x >= x0 && x <= x1 && y >= y0 && y <= y1) {
@@ -78,14 +78,14 @@ impl Patch {
 
 /// The soils of a terrain.
 pub struct SoilMap {
-    /// The first is that which is everywhere.
+    /// The first one is the soil of the remaining ground.
     soils: Vec<Soil>,
     cells: Option<Cells>,
     patches: Vec<Patch>,
 }
 
 impl SoilMap {
-    /// One soil everywhere.
+    /// Creates a map with the same soil everywhere.
     pub fn uniform(soil: Soil) -> SoilMap {
         SoilMap { soils: vec![soil], cells: None, patches: Vec::new() }
     }
@@ -95,16 +95,17 @@ impl SoilMap {
         &self.soils
     }
 
-    /// Whether the soil is written.
+    /// Returns whether a soil is specified.
     pub fn known(&self) -> bool {
         !self.soils[0].n.is_nan()
     }
 
-    /// Of a terrain with these bounds (m): `everywhere`, on it a raster, on that polygons, each over those before it.
+    /// Creates the map of a terrain with these bounds (m): Creates the map: the soil `everywhere`, covered by a raster, covered by polygons; a later
+    /// polygon covers earlier ones.
     ///
     /// # Errors
-    /// A soil that is none, a polygon without an inside, a raster that cannot be read or whose numbers have no soil; at the parameters `soil`,
-    /// `soils` and `soil_map`.
+    /// A soil is invalid, a polygon has no area, or a raster cannot be read or has a number without a soil; the error names the parameter `soil`,
+    /// `soils` or `soil_map`.
     pub fn new(
         everywhere: Option<&SoilParams>,
         raster: Option<&SoilRaster>,
@@ -113,8 +114,8 @@ impl SoilMap {
         files: &Files,
     ) -> Result<SoilMap, BuildError> {
         if everywhere.is_none() && (raster.is_some() || !patches.is_empty()) {
-            let fact = "`soils` or `soil_map` is written, and not the soil that is elsewhere";
-            return Err(BuildError::new(fact).help("write `soil: (kind: ..)`, too").at("soil"));
+            let fact = "`soils` or `soil_map` is written, but `soil`, the soil of the remaining ground, is missing";
+            return Err(BuildError::new(fact).help("add `soil: (kind: ..)`").at("soil"));
         }
         let soil = everywhere.map_or(Ok(Soil::UNKNOWN), SoilParams::soil)?;
         let mut map = SoilMap::uniform(soil);
@@ -126,9 +127,12 @@ impl SoilMap {
             let at = |e: BuildError| e.at(format!("soils[{k}]"));
             let finite = patch.outline.iter().flatten().all(|x| x.is_finite());
             if patch.outline.len() < 3 || !finite {
-                let fact = format!("an outline of {} corners has no inside", patch.outline.len());
+                let fact = format!(
+                    "an outline with {} corners does not enclose an area",
+                    patch.outline.len()
+                );
                 return Err(at(
-                    BuildError::new(fact).help("give three corners or more, x and y in m")
+                    BuildError::new(fact).help("write at least three corners, x and y in m")
                 ));
             }
             let soil = map.add(patch.soil.soil().map_err(at)?).map_err(at)?;
@@ -146,7 +150,7 @@ impl SoilMap {
         add(&mut self.soils, soil)
     }
 
-    /// The soil at x, y (m). Cost: the polygons around the point.
+    /// The soil at x, y (m). The cost is proportional to the number of polygons around the point.
     pub fn at(&self, x: f64, y: f64) -> &Soil {
         let patch = self.patches.iter().rev().find(|p| p.holds(x, y));
         let soil = match (patch, &self.cells) {
@@ -161,8 +165,8 @@ impl SoilMap {
 fn add(soils: &mut Vec<Soil>, soil: Soil) -> Result<u16, BuildError> {
     soils.push(soil);
     u16::try_from(soils.len() - 1).map_err(|_| {
-        BuildError::new("a terrain has 65 535 soils at most")
-            .help("give patches of one soil one outline")
+        BuildError::new("a terrain can have at most 65 535 soils")
+            .help("combine patches of the same soil into one outline")
     })
 }
 
@@ -188,7 +192,7 @@ fn cells(
     let at = |e: BuildError| e.at("soil_map");
     let [x0, y0, x1, y1] = raster.bounds.unwrap_or(bounds);
     if !(x1 > x0 && y1 > y0 && [x0, y0, x1, y1].iter().all(|x| x.is_finite())) {
-        let fact = format!("the bounds {:?} have no inside", [x0, y0, x1, y1]);
+        let fact = format!("the bounds {:?} do not enclose an area", [x0, y0, x1, y1]);
         return Err(at(BuildError::new(fact).help("write x_min, y_min, x_max, y_max in m")));
     }
     let path = files.resolve(&raster.file).map_err(at)?;
@@ -196,7 +200,9 @@ fn cells(
     let bytes = linkwork_formats::whole_file(&path).map_err(fault)?;
     // The bounds define the position, so use a spacing of 1. Grey values are soil numbers.
     let options = HeightsOptions { spacing: Some([1.0; 2]), range: [0.0, 255.0] };
-    let none = &mut |_: &str| Err("a raster of soils is one file".to_string());
+    let none = &mut |_: &str| {
+        Err("a soil raster must be one file, but this one refers to another".to_string())
+    };
     let read =
         read_heights(&raster.file, &bytes, &options, none).map_err(|e| fault(e.to_string()))?;
     let mut places = std::collections::BTreeMap::new();
@@ -204,8 +210,8 @@ fn cells(
         let soil = one.soil.soil().map_err(|e| e.at(format!("soil_map.soils[{k}]")))?;
         let place = add(soils, soil).map_err(at)?;
         if places.insert(one.number, place).is_some() {
-            let fact = format!("the number {} is given two soils", one.number);
-            return Err(at(BuildError::new(fact).help("give each number one soil")));
+            let fact = format!("soil number {} is defined twice", one.number);
+            return Err(at(BuildError::new(fact).help("define one soil for each number")));
         }
     }
     let mut of_cells = Vec::with_capacity(read.heights.len());
@@ -219,7 +225,7 @@ fn cells(
         of_cells.push(*known.ok_or_else(|| {
             let (i, row) = (k % read.nx, read.ny - 1 - k / read.nx);
             let fact = format!(
-                "`{}` has {value} in column {i}, row {row}, which is given no soil",
+                "`{}` has {value} in column {i}, row {row}, but no soil is defined for this number",
                 raster.file
             );
             let known: Vec<String> = places.keys().map(u32::to_string).collect();
@@ -299,7 +305,7 @@ mod tests {
         assert_eq!(files.names(), ["soils.asc"], "it is part of the plan's hash");
     }
 
-    /// The share of points inside is the area by the shoelace formula.
+    /// The fraction of points inside agrees with the area by the shoelace formula.
     #[test]
     fn a_polygon_has_its_area() {
         let outline = vec![[0.5, 0.2], [9.1, 1.3], [5.0, 4.0], [9.7, 9.4], [3.3, 8.8], [1.0, 5.0]];
@@ -338,7 +344,7 @@ mod tests {
         let bad = SoilParams { k_phi: Some(-1.0), ..SoilParams::of(SoilKind::Lunar) };
         let patch = SoilPatch { outline: vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], soil: bad };
         let e = refused(new(None, &[patch]));
-        assert!(e.message.contains("no soil has k_phi = -1"), "{e:?}");
+        assert!(e.message.contains("k_phi = -1 is not possible for a soil"), "{e:?}");
         let mut less = raster();
         less.soils.truncate(2);
         let e = refused(new(Some(less), &[]));
@@ -346,10 +352,10 @@ mod tests {
         assert!(e.help.unwrap().contains("1, 2"));
         let mut twice = raster();
         twice.soils[1].number = 1;
-        assert!(refused(new(Some(twice), &[])).message.contains("two soils"));
+        assert!(refused(new(Some(twice), &[])).message.contains("is defined twice"));
         let lost = SoilRaster { file: "none.png".into(), ..raster() };
         assert!(refused(new(Some(lost), &[])).message.contains("none.png"));
         let flat = SoilRaster { bounds: Some([0.0, 0.0, 0.0, 1.0]), ..raster() };
-        assert!(refused(new(Some(flat), &[])).message.contains("no inside"));
+        assert!(refused(new(Some(flat), &[])).message.contains("do not enclose an area"));
     }
 }

@@ -24,7 +24,8 @@ pub struct HeightFieldParams {
     /// GeoTIFF (.tif, .tiff), ESRI ASCII grid (.asc), points on a grid (.xyz), grey PNG or BMP (.png, .bmp), PDS3 (.lbl, .img),
     /// PDS4 (.xml).
     pub file: String,
-    /// Distance of nodes along x and y, m, instead of what the file says; needed for PNG and BMP, and for maps in degrees that do not say their ellipsoid.
+    /// Spacing of nodes along x and y, m, instead of the value in the file; required for PNG and BMP, and for maps in degrees whose file does not
+    /// define an ellipsoid.
     #[param(default = None)]
     pub spacing: Option<[f64; 2]>,
     /// Heights of black and white of a PNG or BMP, m.
@@ -36,7 +37,7 @@ pub struct HeightFieldParams {
     /// Moves the middle of the map to x = y = 0.
     #[param(default = true)]
     pub centred: bool,
-    /// Moves the height at x = y = 0 (when there is data) to z = 0.
+    /// Moves the height at x = y = 0 (if there is data) to z = 0.
     #[param(default = true)]
     pub level: bool,
     /// The soil everywhere; what computes with the soil or its friction needs it.
@@ -58,7 +59,7 @@ pub struct GridTerrain {
 }
 
 impl GridTerrain {
-    /// Its heights.
+    /// Returns its heights.
     pub fn field(&self) -> &HeightField {
         &self.field
     }
@@ -92,7 +93,7 @@ impl Terrain for GridTerrain {
     }
 }
 
-/// That a map whose heights are given above `datum` (m) is levelled: z would have too few digits at its heights.
+/// Returns an error if a map whose heights are far from `datum` (m) is not levelled, because z would not have enough digits.
 ///
 /// # Errors
 /// It is not.
@@ -101,15 +102,15 @@ pub(crate) fn levelled(level: bool, datum: f64) -> Result<(), BuildError> {
         return Ok(());
     }
     let fact = format!(
-        "the heights of the map are near {datum} m, where 32 bits have steps of {:.3} m",
+        "the heights of the map are near {datum} m, where the resolution of 32-bit numbers is only {:.3} m",
         datum.abs() * f64::from(f32::EPSILON)
     );
     Err(BuildError::new(fact)
         .at("level")
-        .help("leave out `level: false`: z = 0 is then the height of the map at x = y = 0"))
+        .help("remove `level: false`, so that z = 0 is the height of the map at x = y = 0"))
 }
 
-/// The heights of a file, and of the file that it names, which become part of the plan's hash.
+/// Reads the heights of a file, and of the file that it names; both become part of the plan's hash.
 ///
 /// # Errors
 /// The file does not exist or is rejected; the error names the parameter and the remedy.
@@ -122,14 +123,18 @@ pub fn heights_of(
     let fault = |e: &dyn std::fmt::Display| BuildError::of(&format!("`{name}`: {e}"));
     if name.to_lowercase().ends_with(".tiles") {
         let help = "write `model: \"environment.tiled_terrain\"`";
-        return Err(fault(&"tiles are not held in memory").at("file").help(help));
+        return Err(fault(
+            &"tiles are not loaded into memory as a whole, which this model requires",
+        )
+        .at("file")
+        .help(help));
     }
     let bytes = linkwork_formats::whole_file(&path).map_err(|e| fault(&e).at("file"))?;
     let folder = Path::new(name).parent().unwrap_or(Path::new(""));
     let mut beside = |other: &str| {
         // A label may name a file in its own folder only, and no other path.
         if other.contains(['/', '\\']) || other == ".." {
-            return Err("a label names a file in its own folder".to_string());
+            return Err("a label must name a file in its own folder".to_string());
         }
         let other = folder.join(other).display().to_string();
         files
@@ -145,7 +150,7 @@ pub fn heights_of(
     })
 }
 
-/// Ground from a digital elevation model or a grey picture. Smooth between nodes.
+/// Ground from a digital elevation model or a grey image. Smooth between nodes.
 #[service("environment.height_field", Terrain)]
 impl Service for FileTerrain {
     type Params = HeightFieldParams;
@@ -202,7 +207,7 @@ pub struct FlatParams {
     /// Slope.
     #[param(unit = "rad", default = 0.0, range = 0.0..1.5)]
     pub slope: f64,
-    /// Direction that rises, from x towards y.
+    /// Uphill direction, from x towards y.
     #[param(unit = "rad", default = 0.0)]
     pub uphill: f64,
     /// Side of the square map, centred on the origin.

@@ -1,9 +1,9 @@
-//! Third bodies: Sun, Moon and planets that pull, and cast shadows.
+//! Third bodies: Sun, Moon and planets as third bodies whose gravity acts and that cast shadows.
 use linkwork_runtime::prelude::*;
 use linkwork_world::ephemeris::Body;
 use linkwork_world::planet::{MU_EARTH, MU_JUPITER, MU_MARS, MU_MOON, MU_SUN, MU_VENUS};
 
-/// Bodies that pull from afar.
+/// Third bodies.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Third {
     /// The Sun.
@@ -21,7 +21,7 @@ pub enum Third {
 }
 
 impl Third {
-    /// Equatorial radius (m, IAU), none of the Sun, which casts no shadow.
+    /// Returns the equatorial radius (m, IAU); `None` for the Sun, which casts no shadow.
     pub(crate) fn radius(self) -> Option<f64> {
         match self {
             Third::Sun => None,
@@ -33,7 +33,7 @@ impl Third {
         }
     }
 
-    /// As the ephemerides name it, and its μ, m³/s².
+    /// Returns the body of the ephemerides, and its μ, m³/s².
     pub(crate) fn body(self) -> (Body, f64) {
         match self {
             Third::Sun => (Body::Sun, MU_SUN),

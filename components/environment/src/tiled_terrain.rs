@@ -1,4 +1,4 @@
-//! `environment.tiled_terrain`: ground of any size from a file of tiles, which are read as they are driven on.
+//! `environment.tiled_terrain`: ground of any size from a file of tiles, which are read when they are needed.
 
 use crate::soil::SoilParams;
 use crate::soil_map::{SoilMap, SoilPatch, SoilRaster};
@@ -11,11 +11,11 @@ use linkwork_runtime::prelude::*;
 pub struct TiledParams {
     /// File of tiles (.tiles), as `linkwork terrain convert` makes it.
     pub file: String,
-    /// Tiles that are kept in memory, 268 kB each unless they were cut otherwise. More make a run faster, and change nothing in it.
+    /// Number of tiles that are kept in memory; a tile of the default size takes 268 kB. More tiles make a run faster and do not change its results.
     #[param(default = 256, range = 1.0..=65536.0)]
     pub kept: u32,
-    /// x_min, y_min, x_max, y_max, m, of the part that bodies with colliders, cameras and lidars meet: it is held in memory as
-    /// a whole. Wheels and radars need none.
+    /// x_min, y_min, x_max, y_max, m, of the region for bodies with colliders, cameras and lidars; it is kept in memory completely. Wheels and radars
+    /// do not need it.
     #[param(default = None)]
     pub region: Option<[f64; 4]>,
     /// Factor on the heights.
@@ -54,9 +54,9 @@ fn told(file: &str, e: &TileError) -> BuildError {
     BuildError::of(&format!("`{file}`: {e}"))
 }
 
-/// Ground from a file of tiles, of any size: tiles are read while it is driven on, and a bounded number of them is kept.
-/// Smooth between nodes. Reading takes memory within a step; which tiles are kept changes no number. A tile that is damaged or cannot
-/// be read stops the run with its place.
+/// Ground of any size from a file of tiles: tiles are read when they are needed, and a limited number of them is kept.
+/// Smooth between nodes. Reading allocates memory within a step; the choice of kept tiles does not change results. A tile that is damaged or cannot
+/// be read stops the run; the error names its position.
 #[service("environment.tiled_terrain", Terrain)]
 impl Service for TiledTerrain {
     type Params = TiledParams;
@@ -115,8 +115,8 @@ impl Terrain for TiledTerrain {
     fn nodes(&self) -> Result<Surface, BuildError> {
         let [nx, ny] = self.tiles.grid().size();
         self.region.clone().ok_or_else(|| {
-            BuildError::new(format!("the map of {nx} by {ny} nodes is not held as a whole"))
-                .help("write `region: (x_min, y_min, x_max, y_max)` at the terrain: the part that colliders, cameras and lidars meet")
+            BuildError::new(format!("the map of {nx} by {ny} nodes is not loaded as a whole, and `region` is not written"))
+                .help("write `region: (x_min, y_min, x_max, y_max)` in the terrain: the part that colliders, cameras and lidars use")
         })
     }
     fn failure(&self, _: f64) -> Option<BuildError> {

@@ -1,13 +1,12 @@
-//! `world` of a simulation: the body around which it is, with its constants, its rotation, the date and what W is.
+//! `world` of a simulation: the central body with its constants and rotation, the date, and the type of the frame W.
 //! ```text
 //! W = I     inertial axes, origin at the body's centre; t = 0 is the epoch, t counts seconds of TT
 //! p_P = R_IPᵀ p_I                       fixed: R_IP = R_z(angle + rate t)
 //!                                       iau:   Earth IAU 2006/2000A (W = GCRS), Mars and Moon IAU 2009 (W = ICRF)
 //! v_air = ω_I × p_I + R_IP R_PE w       w: wind over the ground, east-north-up
 //! ```
-//! With a site W is not inertial: it stands on the planet and turns with it (x east, y north, z up at a place of the
-//! ellipsoid). Field and air are then those of the planet's own axes, gravity has its centrifugal part, and
-//! air at rest has no velocity in W:
+//! With a site, W is not inertial: it is fixed to the planet and rotates with it (x east, y north, z up at a position on the ellipsoid). Field and
+//! air are then those of the planet's own axes, gravity has its centrifugal part, and air at rest has no velocity in W:
 //! ```text
 //! p_P = X_PW p      a = R_WP g(p_P) − ω × (ω × (p − c))      v_air = R_WP R_PE w
 //! R_IW = R_IP(0) R_z(rate t) R_PW       directions of stars, the Sun and third bodies

@@ -5,7 +5,7 @@ use linkwork_runtime::prelude::*;
 /// Returns the parameter `axis` as a unit vector; `example` is a valid value for the message.
 ///
 /// # Errors
-/// It has no length.
+/// The vector has length zero.
 pub(crate) fn unit(axis: Vec3, example: &str) -> Result<Vec3, BuildError> {
     let length = axis.norm();
     if !(length > 1e-9) {

@@ -32,7 +32,7 @@ pub struct DragParams {
 /// The body.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct DragIn {
-    /// Where the drag acts.
+    /// Node at which the drag acts.
     #[port(bind = "body")]
     pub body: NodeState,
     /// Gust over the wind, W, as of `flight.gusts`.
@@ -40,7 +40,7 @@ pub struct DragIn {
     pub gust: Vec3,
 }
 
-/// Force and what goes with it.
+/// Force and related quantities.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct DragOut {
     /// Drag.

@@ -1,32 +1,32 @@
-//! `flight.engine`: thrust of a rocket engine, its mass flow, and what the flow does to a turning vehicle.
+//! `flight.engine`: thrust and mass flow of a rocket engine, and the effect of the flow on a rotating vehicle.
 //! ```text
 //! T = max(0, c T_vac − p A_e)  (c: throttle, 0 … 1)        ṁ = c T_vac/(I_sp g₀)        g₀ = 9.80665 m/s²
 //! c < c_min: it goes out where c < 0.98 c_min, burns at c_min until then, and burns again from c_min on
 //! F = T R_x(δ_x) R_y(δ_y) z at the nozzle (node z: against the jet; δ: gimbal, cut off at δ_max)
 //! flow from the surface of the propellant to the nozzle, along L: F_c = −2 ṁ ω × L in the middle of L
 //! ```
-//! F_c is the Coriolis force of what flows inside (Thomson, Introduction to Space Dynamics, 8.4): about
+//! F_c is the Coriolis force of the flow inside the vehicle (Thomson, Introduction to Space Dynamics, 8.4): about
 //! the centre of mass it is the jet damping ṁ (k² − l²) ω with k, l the distances of the two ends of L.
 
 use linkwork_runtime::prelude::*;
 
-/// Standard gravity, m/s², of which the specific impulse is made.
+/// Standard gravity, m/s², to which the specific impulse refers.
 const G0: f64 = 9.80665;
 
-/// The ambient pressure of a nozzle whose exit area is written has to be wired: vacuum would be assumed.
+/// The ambient pressure of a nozzle whose exit area is written must be wired; otherwise vacuum would be assumed.
 pub(crate) fn needs_pressure(exit_area: f64) -> Vec<(&'static str, BuildError)> {
     if exit_area == 0.0 {
         return Vec::new();
     }
-    let why = BuildError::new("`exit_area` is written")
-        .help("wire the pressure of the air, for example from `environment.us76`, or leave `exit_area` out in vacuum");
+    let why = BuildError::new("the thrust depends on it, because `exit_area` is written")
+        .help("wire the pressure of the air, for example from `environment.us76`, or remove `exit_area` in vacuum");
     vec![("pressure", why)]
 }
 
 /// Thrust (N) of a nozzle that gives `vacuum` (N) without ambient pressure, under `pressure` (Pa) on its exit of `area` (m²).
 ///
-/// The pressure takes p A_e as long as the jet fills the nozzle. A jet that is too weak for that separates from the wall, and the
-/// ambient pressure then acts on both sides of it: there is no thrust backwards, and none without a jet.
+/// The pressure reduces the thrust by p A_e while the jet fills the nozzle. A jet that is too weak for that separates from the wall, and the
+/// ambient pressure then acts on both sides of it: the thrust is never negative, and zero without a jet.
 pub(crate) fn nozzle_thrust(vacuum: f64, pressure: f64, area: f64) -> f64 {
     let thrust = vacuum - pressure * area;
     // Keep NaN, so that it stops the run.
@@ -45,11 +45,11 @@ pub struct EngineParams {
     /// Area of the nozzle's exit, on which the ambient pressure acts.
     #[param(unit = "m^2", default = 0.0, range = 0.0..)]
     pub exit_area: f64,
-    /// Way of the propellant from its surface to the nozzle, nozzle axes; zero: no jet damping.
+    /// Vector from the surface of the propellant to the nozzle, nozzle axes; zero: no jet damping.
     #[param(unit = "m", default = Vec3::zeros())]
     pub flow_path: Vec3,
-    /// Throttle from which it burns. It goes out at 0.98 of it, and burns at this throttle until then: a controller that asks for
-    /// less than that does not switch it without end.
+    /// Throttle at and above which the engine burns. The engine burns at this throttle for commands down to 0.98 of it, and goes out below, so a
+    /// controller whose command varies about this value does not switch it on and off repeatedly.
     #[param(unit = "1", default = 0.0, range = 0.0..=1.0)]
     pub throttle_min: f64,
     /// Greatest angle δ_max of the gimbal about each of its axes.
@@ -66,7 +66,7 @@ pub struct EngineIn {
     /// Throttle: 0 off, 1 full; values outside are clamped.
     #[port("1")]
     pub throttle: f64,
-    /// Where the propellant comes from.
+    /// Connection to the source of the propellant.
     #[port(connector)]
     pub propellant: Propellant,
     /// Ambient pressure.
@@ -94,10 +94,10 @@ pub struct EngineOut {
     pub thrust: f64,
 }
 
-/// Whether it burns.
+/// State of the combustion.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Burning {
-    /// The throttle is at its least or above, or has not gone out since.
+    /// The engine burns: the throttle has reached its minimum, and the engine has not gone out since.
     #[port]
     pub burns: bool,
 }
@@ -105,18 +105,18 @@ pub struct Burning {
 /// The least throttle.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct LeastThrottle {
-    /// Throttle over that from which it burns.
+    /// Throttle minus the throttle from which the engine burns.
     #[port("1", rising)]
     pub lights: f64,
-    /// How far the throttle is below that at which it goes out.
+    /// Throttle at which the engine goes out, minus the present throttle.
     #[port("1", rising)]
     pub goes_out: f64,
 }
 
-/// Share of the least throttle at which it goes out.
+/// Fraction of the minimum throttle at which the engine goes out.
 const OUT: f64 = 0.98;
 
-/// An angle within ± `most`; NaN stays.
+/// Limits an angle to ± `most`; NaN remains NaN.
 fn cut(angle: f64, most: f64) -> f64 {
     angle.clamp(-most, most)
 }
@@ -183,7 +183,7 @@ impl Model for Engine {
 mod tests {
     use super::*;
 
-    /// At 5 % throttle on the ground the ambient pressure is stronger than the jet: no thrust, and none backwards.
+    /// At 5 % throttle on the ground the ambient pressure is stronger than the jet: the thrust is zero and not negative.
     #[test]
     fn a_jet_that_is_too_weak_does_not_pull_backwards() {
         let p = EngineParams {

@@ -1,10 +1,10 @@
-//! `flight.kickoff_spring`: a spring between two points that pushes along their line, once.
+//! `flight.kickoff_spring`: a spring between two points that pushes them apart once, along the line through both.
 //! ```text
 //! d = p_b − p_a    F = k (L₀ − |d|) while |d| < L₀, and zero for ever after |d| has reached L₀
 //! on a: −F d/|d|      on b: F d/|d|
 //! ```
-//! Unlike `flight.separation_spring` its axis is not fixed in a body: it is a rod between two sockets. Both
-//! forces lie on one line, so momentum and angular momentum stay. That it lets go is an event.
+//! Unlike `flight.separation_spring` its axis is not fixed in a body: it is a rod between two sockets. Both forces act along one line, so momentum
+//! and angular momentum of the pair are conserved. The release is an event.
 
 use linkwork_runtime::prelude::*;
 
@@ -33,10 +33,10 @@ pub struct KickoffIn {
 /// Forces.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct KickoffOut {
-    /// On a.
+    /// Load on a.
     #[port(bind = "a")]
     pub on_a: Wrench,
-    /// On b.
+    /// Load on b.
     #[port(bind = "b")]
     pub on_b: Wrench,
     /// Force along the line.
@@ -44,10 +44,10 @@ pub struct KickoffOut {
     pub force: f64,
 }
 
-/// Whether it has let go.
+/// State of the release.
 #[derive(State, Clone, Copy, Debug)]
 pub struct LetGo {
-    /// It has reached its length.
+    /// The spring has reached its length and is released.
     #[port]
     pub over: bool,
 }
@@ -55,12 +55,12 @@ pub struct LetGo {
 /// The release as an output.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Over {
-    /// It has let go.
+    /// The spring has been released.
     #[port]
     pub over: bool,
 }
 
-/// The end of its stroke.
+/// Guard of the end of the stroke.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct End {
     /// Length that is left.
@@ -73,7 +73,7 @@ pub struct KickoffSpring {
     p: KickoffParams,
 }
 
-/// A spring that pushes two points apart along their line until it has its length, once.
+/// A spring that pushes two points apart once, along the line through both, until it reaches its length.
 #[model("flight.kickoff_spring")]
 impl Model for KickoffSpring {
     type Params = KickoffParams;
@@ -104,17 +104,17 @@ impl Model for KickoffSpring {
     fn startup_warnings(&self, d: &LetGo, u: &KickoffIn) -> Vec<BuildError> {
         let left = self.guards(u).left;
         if !d.over && left >= self.p.length {
-            let fact = "its ends coincide: the line along which it pushes has no direction";
-            let help = "let its ends begin apart: a spring that is pressed in still has a length";
+            let fact = "its ends coincide, so the direction in which it pushes is not defined";
+            let help = "start with the ends apart, because a compressed spring still has a length";
             return vec![BuildError::new(fact).help(help).at("length").stopping(true)];
         }
         let gone = (!d.over && left <= 0.0).then(|| {
             let fact = format!(
-                "its ends are {:.6} m apart, and it is {} m long: they are separated already",
+                "its ends start {:.6} m apart, but its free length is {} m: it is already released",
                 self.p.length - left,
                 self.p.length
             );
-            let help = "it never pushes: let it begin where it is pressed in, or leave it out";
+            let help = "the spring never pushes; start with the spring compressed, or remove it";
             BuildError::new(fact).help(help).at("length")
         });
         gone.into_iter().collect()

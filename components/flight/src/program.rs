@@ -1,15 +1,15 @@
-//! `flight.sequence`, `flight.body_load`: numbers and loads that change at given times, each held until the next.
+//! `flight.sequence`, `flight.body_load`: numbers and loads that change at given times and are held in between.
 //! ```text
 //! value_k from t_k to t_k+1; the first row holds before its time as well
 //! ```
-//! Every row is an event, so that no step of an integrator goes over a jump.
+//! Every row is an event, so that no step of an integrator crosses a jump.
 
 use linkwork_runtime::prelude::*;
 
-/// Which row holds.
+/// State of a table over time.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Passed {
-    /// Rows after the first that have been passed.
+    /// Number of rows that have been passed, without the first one.
     #[port("1")]
     pub rows: f64,
 }
@@ -27,13 +27,15 @@ pub struct NextRow {
 pub struct Times(Vec<f64>);
 
 impl Times {
-    /// Rising times, one at least.
+    /// Checks that the times are strictly ascending and not empty.
     ///
     /// # Errors
-    /// None, or one that does not come after the one before; `param` names the rows.
+    /// There is no time, or a time is not later than the one before; `param` names the rows.
     pub fn new(times: Vec<f64>, param: &str) -> Result<Times, BuildError> {
         if times.is_empty() {
-            return Err(BuildError::new("there is no row").help("write a row at least").at(param));
+            return Err(BuildError::new("there is no row")
+                .help("write at least one row")
+                .at(param));
         }
         match times.windows(2).position(|w| !(w[1] - w[0] >= 1e-6)) {
             None => Ok(Times(times)),
@@ -44,7 +46,7 @@ impl Times {
         }
     }
 
-    /// The row that holds. A part that enters a run late begins where the time is.
+    /// Returns the present row. A part that a later phase adds begins at the row of the present time.
     pub(crate) fn row(&self, c: &Clock, d: &Passed) -> usize {
         let k = (d.rows as usize).min(self.0.len() - 1);
         let begun = k == 0 || c.t >= self.0[k] - 1e-9;
@@ -64,14 +66,14 @@ impl Times {
 /// Rows of a number.
 #[derive(Params, Clone, Debug)]
 pub struct SequenceParams {
-    /// Rows (time in s, value), rising.
+    /// Rows (time in s, value), in ascending order of time.
     pub rows: Vec<[f64; 2]>,
 }
 
 /// A number.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Value {
-    /// The value of the row, in SI of whatever it is wired to.
+    /// Value of the row, in the SI unit of the input that it is wired to.
     #[port("*")]
     pub y: f64,
 }
@@ -107,7 +109,7 @@ impl Model for Sequence {
 /// A load from a time on.
 #[derive(Params, Clone, Debug)]
 pub struct LoadRow {
-    /// When it begins.
+    /// Time at which the row begins.
     #[param(unit = "s")]
     pub time: f64,
     /// Force, axes of the node.
@@ -136,7 +138,7 @@ pub struct BodyLoadIn {
 /// The load.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BodyLoadOut {
-    /// On the body.
+    /// Load on the body.
     #[port(bind = "body")]
     pub load: Wrench,
 }

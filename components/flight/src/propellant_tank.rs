@@ -1,32 +1,32 @@
-//! `flight.propellant_tank`: propellant that is part of a body's mass while it lasts.
+//! `flight.propellant_tank`: tank whose propellant is part of the mass of a body.
 //! ```text
 //! ṁ = −Σ ṁ_out      h = m/(ρ π r²)        from the node: com (0, 0, h/2)
 //! I about the com: x, y: m (3 r² + h²)/12, z: m r²/2
 //! ```
-//! The propellant stands settled on the bottom of an upright cylinder: node z points from the bottom to
-//! the surface. The body's own mass in the file is the dry mass. Running dry is an event. A dry tank can be filled: it gives
-//! nothing until its bottom is covered by 0.1 mm of propellant, so that supply does not switch without end.
+//! The propellant is settled on the bottom of an upright cylinder: node z points from the bottom to
+//! the surface. The body's own mass in the file is the dry mass. Running dry is an event. A dry tank can be filled; it supplies propellant again when
+//! 0.1 mm of propellant cover its bottom, so that the supply does not switch on and off endlessly.
 //!
 //! If `slosh: apart` is written, a `flight.slosh` part carries the mass m₁ of the first slosh mode, with data from these outputs:
 //! ```text
 //! m₀ = m − m₁      m₀ h₀ = m h/2 − m₁ h₁      I₀ + m₀ h₀² = m (r²/4 + h²/3) − m₁ h₁²      I_z: the less of m r²/2 and 2 I₀
 //! ```
-//! While the slosh mass is at rest, mass, first moment and lateral moments of inertia equal those of the whole propellant. These are of the
-//! propellant as if it were solid, which a liquid exceeds in no axis.
+//! While the slosh mass is at rest, mass, first moment and lateral moments of inertia equal those of the whole propellant. The moments are those of
+//! solid propellant; those of a liquid are not greater about any axis.
 
 use crate::propulsion::slosh::Slosh;
 use linkwork_runtime::prelude::*;
 
-/// Whether all of the propellant moves with the tank.
+/// Representation of the first slosh mode.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SloshMode {
-    /// It does.
+    /// All of the propellant moves with the tank.
     Settled,
-    /// The mass of the first mode is left to a `flight.slosh`.
+    /// A `flight.slosh` represents the mass of the first mode.
     Apart,
 }
 
-/// The tank and what is in it.
+/// Data of the tank and its propellant.
 #[derive(Params, Clone, Debug)]
 pub struct TankParams {
     /// Propellant at the start.
@@ -38,15 +38,15 @@ pub struct TankParams {
     /// Density of the propellant.
     #[param(unit = "kg/m^3", default = 1000.0, range = 1e-3..)]
     pub density: f64,
-    /// Whether the mass of the first slosh mode is left to a `flight.slosh`: settled, apart.
+    /// Mass of the first slosh mode: settled (in the tank), apart (in a `flight.slosh`).
     #[param(default = SloshMode::Settled)]
     pub slosh: SloshMode,
 }
 
-/// What is drawn.
+/// Flow out of the tank.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Drawn {
-    /// Outlet: what engines, lines and drains draw.
+    /// Flow that engines, lines and drains draw from the outlet.
     #[port(connector)]
     pub outlet: MassFlows,
 }
@@ -69,18 +69,18 @@ pub struct TankOut {
     /// Volume of the propellant.
     #[port("m^3")]
     pub volume: f64,
-    /// Mass that is left to `flight.slosh`.
+    /// Mass of the first slosh mode, for `flight.slosh`.
     #[port("kg")]
     pub swinging: f64,
     /// Height of the mass of the first slosh mode over the bottom.
     #[port("m")]
     pub swing_height: f64,
-    /// Square of its frequency over the acceleration along z.
+    /// Ratio of the square of its frequency to the acceleration along z.
     #[port("1/m")]
     pub swing_stiffness: f64,
 }
 
-/// What is in it.
+/// Content of the tank.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Content {
     /// Propellant.
@@ -88,26 +88,26 @@ pub struct Content {
     pub mass: f64,
 }
 
-/// Whether it has run dry.
+/// State of the supply.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Dry {
-    /// The tank is empty, or holds too little to be drawn.
+    /// The tank is empty, or contains too little propellant to supply it.
     #[port]
     pub dry: bool,
 }
 
-/// The end of the propellant, and enough of it again.
+/// Guards for the end of the propellant and for the return of the supply.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Bottom {
-    /// Propellant left, while there is some.
+    /// Remaining propellant, while the tank supplies it.
     #[port("kg", falling)]
     pub left: f64,
-    /// Propellant beyond that from which a dry tank supplies again.
+    /// Propellant minus the amount from which a dry tank supplies again.
     #[port("kg", rising)]
     pub filled: f64,
 }
 
-/// Guards by their places in [`Bottom`].
+/// Indices of the guards in [`Bottom`].
 const FILLED: usize = 1;
 
 /// Level (m) from which a dry tank supplies again.
@@ -119,7 +119,7 @@ pub struct PropellantTank {
 }
 
 impl PropellantTank {
-    /// Mass (kg) of a metre of propellant.
+    /// Mass (kg) of propellant per metre of level.
     fn per_metre(&self) -> f64 {
         self.p.density * std::f64::consts::PI * self.p.radius * self.p.radius
     }
@@ -138,7 +138,7 @@ impl Model for PropellantTank {
         if self.p.slosh == SloshMode::Settled {
             return Vec::new();
         }
-        let fact = "the mass of the first slosh mode is left to a `flight.slosh`, and none takes it: it is in no body";
+        let fact = "the mass of the first slosh mode belongs to a `flight.slosh`, but none is connected, so this mass is in no body";
         let help = "wire swinging, swing_height and swing_stiffness to a `flight.slosh`, or write `slosh: settled`";
         vec![("swinging", BuildError::new(fact).help(help))]
     }

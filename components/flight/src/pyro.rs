@@ -93,15 +93,15 @@ pub struct Charge {
 /// Guards of the device.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct NextStage {
-    /// Time since it begins or ends, or command over ½.
+    /// Time since the pulse begins or ends, or command minus ½.
     #[port("*", rising)]
     pub since: f64,
-    /// Command over ½, for one that comes when it is spent.
+    /// Command minus ½, for a command to a device that has already fired.
     #[port("1", rising)]
     pub command: f64,
 }
 
-/// Guards by their places in [`NextStage`].
+/// Indices of the guards in [`NextStage`].
 const STAGE: usize = 0;
 const COMMAND: usize = 1;
 
@@ -183,15 +183,18 @@ impl Model for Pyro {
         let t = clock.t;
         if let Some(after) = self.p.after {
             let fact = format!(
-                "it is commanded at {t:.6} s, and `after` fires it {after} s after it is there"
+                "it is commanded to fire at {t:.6} s, but `after` already fires it {after} s after the start of its phase"
             );
-            let help = "leave `after` out, or the wire to `fire`: the command does nothing";
+            let help = "the command has no effect: remove `after`, or the wire to `fire`";
             return Some(BuildError::new(fact).help(help).at("after"));
         }
         (d.stage == 3.0).then(|| {
-            let fact =
-                format!("it is commanded at {t:.6} s, and has been used at {:.6} s", d.begins);
-            BuildError::new(fact).help("it fires once: write another part for a second one")
+            let fact = format!(
+                "it is commanded to fire at {t:.6} s, but it has already fired at {:.6} s",
+                d.begins
+            );
+            BuildError::new(fact)
+                .help("a pyrotechnic device fires only once; add another part for a second one")
         })
     }
 }
@@ -257,7 +260,7 @@ mod tests {
         let after = m.handle_event(&c, Fired::rising(COMMAND), &x, &d).1;
         assert_eq!((after.stage, after.begins), (3.0, 1.5));
         let told = m.runtime_warning(&c, Fired::rising(COMMAND), &d).unwrap();
-        assert!(told.message.contains("used at 1.5"), "{told}");
+        assert!(told.message.contains("already fired at 1.5"), "{told}");
         assert!(m.runtime_warning(&c, Fired::rising(STAGE), &d).is_none());
     }
 

@@ -4,10 +4,10 @@
 //! F = k (stroke − s) − c ṡ  while s < stroke and F > 0, else 0
 //! on b: F n at b          on a: −F n at b as well
 //! ```
-//! Both forces act along one line, so momentum and angular momentum of the pair stay as they were. The
-//! energy ½ k stroke² goes into the two bodies when the spring starts fully compressed and c = 0. The
-//! instant at which it lets go is an event, so that no step runs over the corner in the force. A start with s < 0 is an error, because the spring
-//! would be compressed beyond its stroke and store more energy than ½ k stroke².
+//! Both forces act along one line, so momentum and angular momentum of the pair are conserved. The
+//! energy ½ k stroke² goes into the two bodies when the spring starts fully compressed and c = 0. The instant of the release is an event, so that no
+//! integration step crosses the kink of the force. A start with s < 0 is an error, because the spring would be compressed beyond its stroke and store
+//! more energy than ½ k stroke².
 
 use linkwork_runtime::prelude::*;
 
@@ -17,7 +17,7 @@ pub struct SpringParams {
     /// Stiffness.
     #[param(unit = "N/m", range = 0.0..)]
     pub stiffness: f64,
-    /// Way over which it pushes.
+    /// Distance over which the spring pushes.
     #[param(unit = "m", range = 1e-6..)]
     pub stroke: f64,
     /// Damping along the axis.
@@ -39,13 +39,13 @@ pub struct SpringIn {
     pub b: NodeState,
 }
 
-/// Forces, and how far it has come.
+/// Forces, and the extension.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct SpringOut {
-    /// On a.
+    /// Load on a.
     #[port(bind = "a")]
     pub on_a: Wrench,
-    /// On b.
+    /// Load on b.
     #[port(bind = "b")]
     pub on_b: Wrench,
     /// Force along the axis.
@@ -54,12 +54,12 @@ pub struct SpringOut {
     /// Way pushed so far.
     #[port("m")]
     pub extension: f64,
-    /// Rate at which the two part along the axis.
+    /// Rate of separation along the axis.
     #[port("m/s")]
     pub speed: f64,
 }
 
-/// Where the force has a corner.
+/// Guard at the kink of the force.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct SpringEnd {
     /// Way that is left.
@@ -67,7 +67,7 @@ pub struct SpringEnd {
     pub left: f64,
 }
 
-/// Whether it has let go.
+/// State of the release.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Released {
     /// The stroke has been used up.
@@ -80,7 +80,7 @@ pub struct SeparationSpring {
     p: SpringParams,
 }
 
-/// A spring between two bodies that pushes them apart once.
+/// A spring that pushes two bodies apart once.
 #[model("flight.separation_spring")]
 impl Model for SeparationSpring {
     type Params = SpringParams;
@@ -118,20 +118,20 @@ impl Model for SeparationSpring {
         let left = self.guards(u).left;
         if !d.released && left > self.p.stroke * (1.0 + 1e-9) {
             let fact = format!(
-                "b is {:.6} m behind a along its axis: the spring is pressed further than its stroke of {} m",
+                "b is {:.6} m behind a along its axis: the spring is compressed beyond its stroke of {} m",
                 left - self.p.stroke,
                 self.p.stroke
             );
-            let help = "let the nodes coincide at the start, where the spring is fully compressed, or turn `axis` around";
+            let help = "start with the nodes at the same position, where the spring is fully compressed, or reverse `axis`";
             return vec![BuildError::new(fact).help(help).at("stroke").stopping(true)];
         }
         let gone = (!d.released && left <= 0.0).then(|| {
             let fact = format!(
-                "the two are {:.6} m apart along its axis, and its stroke is {} m: they are separated already",
+                "its nodes start {:.6} m apart along its axis, but its stroke is {} m: it is already released",
                 self.p.stroke - left,
                 self.p.stroke
             );
-            let help = "it never pushes: let it begin where the nodes coincide, or leave it out";
+            let help = "the spring never pushes; start with the nodes at the same position, or remove it";
             BuildError::new(fact).help(help).at("stroke")
         });
         gone.into_iter().collect()

@@ -60,7 +60,7 @@ impl Curve {
     /// A value is negative or NaN; the message contains the first one and its x.
     pub fn not_negative(self, what: &str, param: &str) -> Result<Curve, BuildError> {
         let Some(k) = self.y.iter().position(|y| !(*y >= 0.0)) else { return Ok(self) };
-        let fact = format!("{what} is {} at {}, below zero", self.y[k], self.x[k]);
+        let fact = format!("{what} is {} at {}, but it must not be negative", self.y[k], self.x[k]);
         Err(BuildError::new(fact)
             .help("a negative value would accelerate the body; write 0 or more")
             .at(param))
@@ -128,12 +128,12 @@ impl Surface {
         let wrong = |fact: String, help: String| Err(BuildError::new(fact).help(help).at(name));
         if rows.len() != x.len() {
             let fact = format!("{} rows for {} values of `{x_name}`", rows.len(), x.len());
-            return wrong(fact, format!("write a row for each value of `{x_name}`"));
+            return wrong(fact, format!("write one row for each value of `{x_name}`"));
         }
         if let Some(k) = rows.iter().position(|r| r.len() != y.len()) {
             let (found, wanted) = (rows[k].len(), y.len());
             let fact = format!("row {} has {found} numbers, not {wanted}", k + 1);
-            return wrong(fact, format!("write a number for each value of `{y_name}`"));
+            return wrong(fact, format!("write one number for each value of `{y_name}`"));
         }
         Ok(Surface { x: x.to_vec(), y: y.to_vec(), z: rows.concat() })
     }

@@ -1,12 +1,12 @@
-//! `flight.wired_mass`: mass, centre of mass and moments of inertia of a body from wires, as a table of the propellant burnt gives them.
+//! `flight.wired_mass`: mass, centre of mass and moments of inertia of a body from wires, for example from a table over the burnt propellant.
 //! ```text
 //! added to the body: m, m c, J + m (c² 1 − c cᵀ)          J about the centre of mass, in the node's axes
 //! ```
-//! Give the body itself no mass, or what the table leaves out. Mass that leaves takes the velocity of the body with it.
+//! The body itself has no mass in the file, or only the mass that the table does not include. Mass that leaves the body has the velocity of the body.
 
 use linkwork_runtime::prelude::*;
 
-/// What the table says.
+/// Mass properties from wires.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct WiredMassIn {
     /// Mass.
@@ -32,7 +32,7 @@ pub struct WiredMassIn {
     pub inertia_z: f64,
 }
 
-/// What the body gets.
+/// Mass properties that are added to the body.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct WiredMassOut {
     /// Mass about the node.

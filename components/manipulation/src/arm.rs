@@ -396,7 +396,7 @@ impl Arm {
 fn rotors(spec: &mut ModelSpec, moving: &[usize], armature: &[f64]) -> Result<(), BuildError> {
     if !armature.is_empty() && armature.len() != moving.len() {
         let fact = format!("`armature` has {} numbers for {} joints", armature.len(), moving.len());
-        let help = "write one for each, base to tip";
+        let help = "write one value for each joint, from base to tip";
         return Err(BuildError::new(fact).help(help).at("armature"));
     }
     if let Some(bad) = armature.iter().find(|a| !(a.is_finite() && **a >= 0.0)) {

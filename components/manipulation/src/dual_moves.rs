@@ -31,7 +31,7 @@ pub struct HandMotion {
     #[param(unit = "N m", default = Vec3::zeros())]
     pub moment: Vec3,
     /// Stiffness in translation (N/m) and rotation (N m/rad) of a compliant motion: a spring with damper instead of tracking. Default: tracking of
-    /// the pose, whatever the contact force.
+    /// the pose, independent of the contact force.
     #[param(default = None, range = 0.0..)]
     pub stiffness: Option<[f64; 2]>,
     /// The move ends as soon as the spring and damper push with more than this force. If the force is not reached within `patience`, the move fails.

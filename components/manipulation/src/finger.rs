@@ -16,12 +16,12 @@ pub struct FingerParams {
     /// From the pin to where it presses.
     #[param(unit = "m", range = 0.0..)]
     pub lever: f64,
-    /// Time in which the force comes and goes.
+    /// Time constant with which the force builds up and decays.
     #[param(unit = "s", default = 0.1, range = 1e-6..)]
     pub time_constant: f64,
 }
 
-/// What it is told.
+/// Command of the finger.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct FingerIn {
     /// The gripper is to be closed.
@@ -29,7 +29,7 @@ pub struct FingerIn {
     pub grip: bool,
 }
 
-/// What it does.
+/// Torque and state of the finger.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct FingerOut {
     /// Torque on the handle's pin.

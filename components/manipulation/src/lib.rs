@@ -27,8 +27,9 @@ pub mod tracking;
 
 use linkwork_runtime::prelude::{Axes, Entry, Gravity, Handle, Vec3};
 
-/// Acceleration of free fall (m/s²) that a controller believes: as written, or else the gravity of the simulation at the origin of W. Where W is
-/// inertial with the centre of a body at its origin, it is zero, as on a spacecraft in free fall: for an arm on the ground of that body write `gravity`.
+/// Acceleration of free fall (m/s²) that a controller believes: as written, or else the gravity of the simulation at the origin of W. If W is
+/// inertial with its origin at the centre of a body, it is zero, as on a spacecraft in free fall; for an arm on the ground of that body, write
+/// `gravity`.
 pub(crate) fn believed(written: Option<Vec3>, field: Option<&Handle<dyn Gravity>>) -> Vec3 {
     let of_field = |g: &Handle<dyn Gravity>| match g.axes() {
         Axes::Inertial => Vec3::zeros(),

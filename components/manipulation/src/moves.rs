@@ -155,22 +155,22 @@ impl Path {
         if m.stiffness.is_some_and(|k| !k.iter().all(|k| *k > 0.0 && k.is_finite())) {
             return fault(
                 "`stiffness` must be positive and finite",
-                "write N/m and N m/rad above 0",
+                "write values above 0, in N/m and N m/rad",
                 "moves",
             );
         }
         if m.touch.is_some() && m.stiffness.is_none() {
             let fact = "`touch` needs a compliant move";
-            return fault(fact, "write `stiffness`, too", "moves");
+            return fault(fact, "add `stiffness`", "moves");
         }
         if m.feed.is_some() && m.stiffness.is_none() {
-            return fault("`feed` needs a compliant move", "write `stiffness`, too", "moves");
+            return fault("`feed` needs a compliant move", "add `stiffness`", "moves");
         }
         if m.feed.is_some_and(|n| !(n.norm() > 1e-9)) {
             return fault("`feed` is zero", "write for example feed: [1, 0, 0]", "moves");
         }
         if m.depth.is_some() && m.feed.is_none() {
-            return fault("`depth` needs `feed`", "write `feed`, too", "moves");
+            return fault("`depth` needs `feed`", "add `feed`", "moves");
         }
         let rotation = m.rpy.map(|a| X.rotation * Quat::from_euler_angles(a.x, a.y, a.z));
         let arc = m.turn.map(|angle| {

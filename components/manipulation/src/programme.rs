@@ -62,7 +62,7 @@ impl Place {
 }
 
 /// Returns the observed offset of the work from its assumed position (m): white noise with the given standard deviation on each axis, from the
-/// clock's generator. It stands for a camera that observes the work when a move begins.
+/// clock's generator. It represents a camera that measures the pose of the workpiece when a move begins.
 #[must_use]
 pub fn look(c: &Clock, sigma: f64) -> Vec3 {
     match sigma > 0.0 {
@@ -96,7 +96,9 @@ impl<'a> Follower<'a> {
         let n = arm.joints();
         if ready.len() != n {
             let fact = format!("`ready` has {} positions for {n} joints", ready.len());
-            return Err(BuildError::new(fact).help("write one for each, base to tip").at("ready"));
+            return Err(BuildError::new(fact)
+                .help("write one value for each joint, from base to tip")
+                .at("ready"));
         }
         let mut q = vec![0.0; n];
         arm.dofs.iter().zip(ready).for_each(|(k, x)| q[*k] = *x);

@@ -100,7 +100,7 @@ fn legs_of(p: &StandingParams) -> Result<(Arc<RobotModel>, Vec<Leg>), BuildError
     let joints = 3 * p.feet.len();
     if !p.armature.is_empty() && p.armature.len() != joints {
         let fact = format!("`armature` has {} numbers for {joints} joints", p.armature.len());
-        let help = "write one for each, leg by leg, trunk to foot";
+        let help = "write one value for each joint, leg by leg, from trunk to foot";
         return Err(BuildError::new(fact).help(help).at("armature"));
     }
     if let Some(bad) = p.armature.iter().find(|a| !(a.is_finite() && **a >= 0.0)) {

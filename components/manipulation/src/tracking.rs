@@ -34,7 +34,7 @@ pub fn norm(x: &[f64]) -> f64 {
 }
 
 impl TrackingSample {
-    /// Of a frame at `X` with velocity `V`.
+    /// Returns the errors of a frame at `X` with velocity `V`.
     #[must_use]
     pub fn new(wanted: Reference, X: &Pose, V: &[f64; 6]) -> Self {
         let turn = short(wanted.X.rotation * X.rotation.inverse());
@@ -90,7 +90,7 @@ impl TrackingSample {
 }
 
 impl Reference {
-    /// At rest there.
+    /// Returns the state at rest at a pose.
     #[must_use]
     pub fn still(X: Pose) -> Self {
         Self { X, V: Motion::zero(), A: Motion::zero() }

@@ -1,12 +1,12 @@
-//! Pressed ground for viewers and logs: ruts and heaps as an overlay.
+//! Overlay of ruts and heaps for viewers and logs.
 use crate::tiles::Tiles;
 use linkwork_runtime::prelude::*;
 use std::any::Any;
 
-/// By how much the ground under a cell, of which x and y of the middle (m, W) are given, is higher than the terrain says (m).
+/// Function that returns the height of the ground in a cell above the terrain service (m), from the cell and the position x, y of its middle (m, W).
 pub(crate) type Change<C> = dyn Fn(&C, [f64; 2]) -> f32 + Send + Sync;
 
-/// Ground that was pressed, as it was at one instant. It shares the tiles that have not changed since.
+/// Snapshot of deformed ground at one instant. It shares the tiles that have not changed since then.
 pub(crate) struct Changed<C, const EDGE: usize> {
     /// The cells.
     pub tiles: Tiles<C, EDGE>,
@@ -14,7 +14,7 @@ pub(crate) struct Changed<C, const EDGE: usize> {
     pub cell: f64,
     /// Middle of the cell 0, 0, in cells.
     pub middle: f64,
-    /// What a cell shows.
+    /// Function that returns the height change of a cell.
     pub change: Box<Change<C>>,
 }
 

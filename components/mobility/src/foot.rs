@@ -1,9 +1,9 @@
-//! `mobility.foot`: a flat sole on deformable ground, round or rectangular, of legs, landers and grippers. It needs a
+//! `mobility.foot`: a flat sole, round or rectangular, on deformable ground, for legs, landers and grippers. It needs a
 //! `mobility.scm_ground`.
 //!
-//! Pressure and shear act on each node under the sole (`scm`), so that it tilts into the ground, holds below the limit of Mohr and
-//! Coulomb, slides above it, and leaves a print. The soil's constants come from the terrain under its middle. Its edge pushes no soil
-//! aside, and a sole that lies steeper than 84 degrees presses nothing.
+//! Pressure and shear act on each node under the sole (`scm`), so that the sole tilts into the ground, holds below the Mohr-Coulomb limit, slides
+//! above it, and leaves a print. The soil constants are those of the terrain under its middle. Its edge does not push soil aside, and a sole that is
+//! tilted by more than 84 degrees exerts no pressure.
 
 use crate::rigid_contact::Hub;
 use crate::scm::contact::{Damping, GroundLoad, Law};
@@ -34,10 +34,10 @@ pub struct FootParams {
     /// Width of a rectangular sole along the node's y axis, m; default: its length.
     #[param(default = None)]
     pub width: Option<f64>,
-    /// Damping time of the shear; it moves the soil by a twentieth of its shear modulus at most.
+    /// Damping time of the shear; damping displaces the soil by at most a twentieth of its shear modulus.
     #[param(unit = "s", default = 0.02, range = 0.0..)]
     pub shear_damping: f64,
-    /// Normal damping: the pressure grows by this fraction for each m/s of approach.
+    /// Normal damping: the pressure increases by this fraction per m/s of approach.
     #[param(unit = "s/m", default = 4.0, range = 0.0..)]
     pub normal_damping: f64,
     /// The ground.
@@ -74,7 +74,7 @@ impl Foot {
     }
 }
 
-/// Flat sole on deformable ground: pressure, shear and print of each node under it. It needs a `mobility.scm_ground`.
+/// Flat sole on deformable ground, with pressure, shear and print of each node under it. It needs a `mobility.scm_ground`.
 #[model("mobility.foot")]
 impl Model for Foot {
     type Params = FootParams;
@@ -85,15 +85,15 @@ impl Model for Foot {
         let form = match (p.outline, p.width) {
             (Outline::Round, None) => Form::Disc { radius: 0.5 * p.length },
             (Outline::Round, Some(_)) => {
-                let fact = "a round sole has no width";
-                let help = "leave `width` out, or write `outline: Rectangular`";
+                let fact = "`width` is written, but a round sole has only a diameter, `length`";
+                let help = "remove `width`, or write `outline: Rectangular`";
                 return Err(BuildError::new(fact).at("width").help(help));
             }
             (Outline::Rectangular, width) => {
                 let width = width.unwrap_or(p.length);
                 if !(width >= LEAST && width.is_finite()) {
-                    let fact = format!("a sole is {width} m wide");
-                    let help = "write a millimetre at least";
+                    let fact = format!("the width of the sole is {width} m");
+                    let help = "write at least 1 mm";
                     return Err(BuildError::new(fact).at("width").help(help));
                 }
                 Form::Plate { length: p.length, width }

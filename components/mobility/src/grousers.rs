@@ -7,9 +7,10 @@
 //! ```
 //! σ and τ are the stresses of the rim at θ_k, r the shear radius, r_g = rim + h. B is the strength of the block at the tips and at its side walls
 //! beyond the strength that the rim itself already uses. Soil fails in the weaker of the two ways: around single bars if these are far apart, below
-//! the blocks if they are close together. A bar that is not completely in the ground has the height r (cos θ − cos θ_f), so that no force jumps
-//! where it enters or leaves (on `mobility.scm_ground` it does). The sum over the bars that are in the ground oscillates with the period Δ of the wheel's angle ψ. F_k acts where and in
-//! the direction in which the rim shears the soil, so it takes work from the wheel, as the shear stress does.
+//! the blocks if they are close together. A bar that is not completely in the ground has the height r (cos θ − cos θ_f), so that the force does not
+//! jump when the bar enters or leaves the ground (on `mobility.scm_ground` it does). The sum over the bars that are in the ground oscillates with the
+//! period Δ of the wheel's angle ψ. F_k acts at the place and in the direction of the shear stress of the rim, so it takes work from the wheel like
+//! that stress.
 
 use linkwork_runtime::prelude::*;
 use std::f64::consts::{FRAC_PI_4, TAU};
@@ -23,7 +24,7 @@ pub struct Grousers {
     pub height: f64,
     /// Radius of the tips: rim plus height, m.
     pub tips: f64,
-    /// Angle of one of them from the bottom towards the front, rad.
+    /// Angle of one grouser from the bottom towards the front, rad.
     pub phase: f64,
 }
 
@@ -62,7 +63,9 @@ pub fn check(rim: f64, grousers: &Option<GrouserParams>) -> Result<(), BuildErro
     let Some(GrouserParams { height, .. }) = *grousers else { return Ok(()) };
     if height > rim {
         let fact = format!("grousers {height} m high are higher than the radius of {rim} m");
-        return Err(BuildError::new(fact).at("grousers").help("write a height in m"));
+        return Err(BuildError::new(fact)
+            .at("grousers")
+            .help("write a height in m that does not exceed the radius of the wheel"));
     }
     Ok(())
 }

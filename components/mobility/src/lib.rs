@@ -1,7 +1,7 @@
 //! Component library for mobility: wheels and feet on rigid ground and on soil.
 //!
 //! * `wheel_rigid` and `wheel_soil` are models of wheels on rigid ground and on soil (terramechanics).
-//! * `wheel_scm` and `foot` press ground that deforms node by node (`scm`).
+//! * `wheel_scm` and `foot` are models on ground that deforms node by node (`scm`).
 //! * `wheel_rolling` is for machines that move by kinematics, `quasi_static` for machines whose forces are in equilibrium at each instant.
 //!
 //! Stresses, contacts and geometry are plain functions of plain data.

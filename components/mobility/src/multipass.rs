@@ -1,15 +1,14 @@
-//! Soil that remembers the wheels before: repetitive loading as pure functions of the ground's state at a patch.
+//! Soil with memory of earlier wheels: repeated loading as pure functions of the ground's state at a patch.
 //! ```text
 //! first        p = k zⁿ                                  z below the surface that nothing has pressed yet
 //! again        p = p_u − k_u (z_u − z)₊                  z ≤ z_u;  k_u = k₀ + A_u z_u                 (Wong)
 //! beyond       p = p_u + k (zⁿ − z_uⁿ)                   z > z_u: back on the curve of the first pass
 //! rut          z_r = z_u − p_u/k_u                       what is left when the load is gone
 //! ```
-//! A wheel in a rut meets the ground at z_r, stiff up to z_u: `WheelSoil::pass` gives its forces and the state
-//! that it leaves. Nothing is kept here: `ruts` keeps the states of a ground. The kink of the pressure at z_u
-//! costs the eight-node integrals about 1 % of the load.
+//! A wheel in a rut meets the ground at z_r, stiff up to z_u: `WheelSoil::pass` returns its forces and the state of the ground after it. Nothing is
+//! kept here: `ruts` stores the states of a ground. The kink of the pressure at z_u costs the eight-node integrals about 1 % of the load.
 
-/// How stiff pressed soil is: `k_u = k₀ + A_u z_u`.
+/// Stiffness of pressed soil: `k_u = k₀ + A_u z_u`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unloading {
     /// `k₀`, N/m³.
@@ -18,7 +17,7 @@ pub struct Unloading {
     pub growth: f64,
 }
 
-/// State of the ground at a patch: the deepest press so far. The default was never pressed.
+/// State of the ground at a patch: the deepest loading so far. The default is undisturbed ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rut {
     /// Deepest sinkage `z_u` below the first surface, m.
@@ -30,7 +29,7 @@ pub struct Rut {
 }
 
 impl Rut {
-    /// Depth of the rut that is left without load, m.
+    /// Depth of the rut after unloading, m.
     pub fn depth(&self) -> f64 {
         if self.stiffness > 0.0 {
             (self.sinkage - self.pressure / self.stiffness).max(0.0)
@@ -49,7 +48,7 @@ impl Rut {
         }
     }
 
-    /// The state after a press to the sinkage `z` (m): the same unless it is the deepest.
+    /// Returns the state after loading to the sinkage `z` (m): unchanged unless this is the deepest.
     pub fn pressed(&self, z: f64, k: f64, n: f64, unloading: &Unloading) -> Rut {
         if z <= self.sinkage {
             return *self;
@@ -70,7 +69,7 @@ mod tests {
 
     const STIFF: Unloading = Unloading { k0: 0.0, growth: 5.03e8 };
 
-    /// Depth under the first surface of a wheel that carries the load, and the state that it leaves.
+    /// Returns the depth below the first surface of a wheel that carries the load, and the state of the ground after it.
     fn roll(load: f64, slip: f64, rut: &Rut) -> (f64, Rut) {
         let m = Motion::rolling(slip, 0.0);
         let (mut low, mut high) = (0.0, 0.1);

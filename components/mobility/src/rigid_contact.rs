@@ -5,7 +5,7 @@
 //! friction   F = −k_t ξ − d v,  cut to |F| ≤ μ N
 //! ```
 //! ξ is the tangential deflection of the contact in W. v is the velocity of the material point in the tangent plane, including the spin of the wheel.
-//! Each of the discs across the width is a separate contact with its share of the stiffness, so the wheel resists rotation about the normal and
+//! Each of the discs across the width is a separate contact with its fraction of the stiffness, so the wheel resists rotation about the normal and
 //! tilting.
 //!
 //! A disc that touches both floor and step has several patches but one bristle, with components along the rim and across. v is the mean of the
@@ -44,7 +44,7 @@ pub struct Hub {
     pub axle: Vec3,
     /// Velocity of the centre, m/s.
     pub velocity: Vec3,
-    /// Angular velocity of the rim (spin included), rad/s.
+    /// Angular velocity of the rim, including the spin, rad/s.
     pub angular: Vec3,
 }
 
@@ -68,14 +68,14 @@ pub struct ContactLoad {
     pub normal: Vec3,
     /// Ratio of friction to its limit, 0 to 1.
     pub friction_used: f64,
-    /// Power lost in the contact, W.
+    /// Power dissipated in the contact, W.
     pub dissipation: f64,
 }
 
 /// Contact state of a disc: its patches, their normal forces, and their mean.
 struct DiscState<'a> {
     contact: &'a DiscContact,
-    /// Unit vectors along the rim and across at each patch.
+    /// Unit vectors along the rim and across it at each patch.
     axes: [[Vec3; 2]; PATCHES],
     /// Normal forces, N.
     normal: [f64; PATCHES],
@@ -83,10 +83,10 @@ struct DiscState<'a> {
     damped: f64,
     /// Sum of the normal forces, N.
     total: f64,
-    /// Mean normal, unit, and the vectors along the rim and across there.
+    /// Mean unit normal, and the vectors along the rim and across it there.
     mean: Vec3,
     mean_axes: [Vec3; 2],
-    /// Mean slip velocity along the rim and across, m/s.
+    /// Mean slip velocity along the rim and across it, m/s.
     slide: [f64; 2],
 }
 

@@ -14,7 +14,7 @@ use linkwork_runtime::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// One cell: deepest press (m), pressure there (Pa), depth without load (m).
+/// One cell: deepest loading (m), pressure at that depth (Pa), depth without load (m).
 type Cell = [f32; 3];
 /// Tiles of cells.
 type Tiles = crate::tiles::Tiles<Cell, 32>;
@@ -161,7 +161,7 @@ impl RutGrid {
         rut(sum)
     }
 
-    /// Presses a print into the ground.
+    /// Updates the ground with a print.
     pub fn press(&self, tracks: &mut Tracks, print: &Print) {
         let (r, half, depth) = (print.print_radius, 0.5 * print.print_width, print.sinkage);
         // The negated comparison also ignores NaN.

@@ -1,4 +1,4 @@
-//! Wheel on soft soil inside a simulation: the stress model fed by states that are well behaved at rest.
+//! Wheel on soft soil in a simulation: the stress model with states that are regular at rest.
 //! ```text
 //! deflection  ξ̇ = w + (ρ − 1) min(w·ξ̂, 0) ξ̂ − ξ |u|/(L − T|u|)      (less what slides beyond 3 L)
 //!             ρ = ρ₀ max(1, |ξ|/K),  w = (u − v_x, −v_y),  u = r ω,  L = r (θ_f − θ_r)/2
@@ -9,21 +9,19 @@
 //! normal      N = F_z(z) − k_u (z_u − z)₊, times (1 + d ż)₊
 //! press       ż_u = (z − z_u)₊/τ − 8 (z_u − z)₊ |w|/L
 //! ```
-//! In steady rolling ξ gives back the textbook slip exactly, so the forces are those of the
-//! stress integrals. At rest ξ is a displacement: below Mohr-Coulomb's limit the soil holds a parked wheel exactly; T damps
-//! it. Sheared back it unloads ρ times as stiffly as it was loaded, so of the work of shearing it gives back 1/ρ₀ at most:
-//! over any closed path at rest Σ F·dx is a loss. The footprint of a wheel set down is symmetric
-//! (m = 0) and takes the rolling shape over half its length; no force depends on the sign of a small
-//! speed, which would shake a parked wheel. The rolling resistance turns round within δ, over which the soil is elastic: it returns about 1/ρ₀ of the work that
-//! it takes over the length L, and holds a free wheel on a slope. Otherwise a wheel without a drive would swing in its footprint instead of coming to
-//! rest. `z` is the penetration into the undeformed
-//! surface along its normal, `z_u` the deepest press under the wheel: unloading is stiff
-//! (Wong's k_u), and forgotten as the wheel rolls on to new ground.
+//! In steady rolling ξ yields exactly the textbook slip, so the forces are those of the stress integrals. At rest ξ is a displacement: below the
+//! Mohr-Coulomb limit the soil holds a parked wheel exactly; T damps it. When the shear reverses, the soil unloads ρ times as stiffly as it was
+//! loaded, so it returns at most 1/ρ₀ of the work of shearing: over any closed path at rest, Σ F·dx is a loss. The footprint of a wheel set down is
+//! symmetric (m = 0) and takes the rolling shape over half its length; no force depends on the sign of a small speed, because this would make a
+//! parked wheel vibrate. The rolling resistance reverses within δ, over which the soil is elastic: it returns about 1/ρ₀ of the work that it takes
+//! over the length L, and holds a free wheel on a slope. Otherwise a wheel without a drive would oscillate in its footprint instead of coming to
+//! rest. `z` is the penetration into the undeformed surface along its normal, `z_u` the deepest loading under the wheel: unloading is stiff (Wong's
+//! k_u), and `z_u` decays as the wheel rolls on to new ground.
 //!
-//! Ground with a past (`ruts`) is read where the wheel comes to it: a cell beyond the ends of the arc, ahead with the weight
-//! (1 + m)/2 and behind with (1 − m)/2, at the middles of the discs. The sinkage of the wheel is measured from the mean of these states over its
-//! whole width: z counts from the bottom of the rut, z_u and the print from the first surface. The soil that the wheel presses itself lies under the
-//! arc, so that a wheel does not climb out of its own print.
+//! Previously loaded ground (`ruts`) is read one cell beyond the ends of the arc at the middles of the discs, in front with the weight (1 + m)/2 and
+//! behind with (1 − m)/2. The sinkage of the wheel is measured from the mean of these states over its whole width: z counts from the bottom of the
+//! rut, z_u and the print from the first surface. The soil that the wheel itself loads is under the arc, so a wheel does not climb out of its own
+//! footprint.
 
 use crate::grousers::Grousers;
 use crate::multipass::Rut;
@@ -45,8 +43,8 @@ pub struct SoilContact {
     pub gravity: f64,
     /// Damping time of the shear deflection `T`, s.
     pub shear_damping: f64,
-    /// How much stiffer the soil is sheared back than forth, and how much shorter the path is on which rolling resistance turns round than half the
-    /// footprint, ρ₀ ≥ 1.
+    /// Ratio ρ₀ ≥ 1 of the shear stiffness during unloading to the stiffness during loading; the rolling resistance reverses on a path that is
+    /// shorter than half the footprint by this factor.
     pub shear_unloading: f64,
     /// Normal damping `d`, s/m.
     pub normal_damping: f64,
@@ -63,7 +61,7 @@ pub struct SoilState {
     pub xi_x: f64,
     /// Shear deflection along the axle, m.
     pub xi_y: f64,
-    /// Deepest press under the wheel, m.
+    /// Deepest loading under the wheel, m.
     pub pressed: f64,
     /// Shape of the footprint: 0 set down, 1 rolled forwards, −1 rolled backwards.
     pub rolled: f64,
@@ -82,7 +80,7 @@ pub struct SoilLoad {
     pub local: WheelForces,
     /// Sinkage below the first surface, m (0 without contact).
     pub sinkage: f64,
-    /// Depth of the rut that the wheel runs in, m.
+    /// Depth of the rut in which the wheel runs, m.
     pub rut: f64,
     /// Ground normal, unit.
     pub normal: Vec3,
@@ -90,30 +88,31 @@ pub struct SoilLoad {
     pub heading: Vec3,
     /// Modulus (N/m^(n+2)) and exponent of the pressure under the wheel.
     pub press: (f64, f64),
-    /// Slip as the stresses see it, −1 to 1.
+    /// Slip in the stress model, −1 to 1.
     pub slip: f64,
     /// Slip angle, rad.
     pub slip_angle: f64,
     /// Contact point, m.
     pub point: Vec3,
-    /// Power that the wheel gives to the soil, W.
+    /// Power that the wheel transfers to the soil, W.
     pub power: f64,
 }
 
-/// Time in which the press follows a growing sinkage, and the soil springs back in the air, s.
+/// Time constant with which the deepest loading follows a growing sinkage, and with which the soil recovers in the air, s.
 const FOLLOW: f64 = 0.005;
-/// Half footprints of travel in which a press is forgotten, inverse.
+/// Inverse of the travel, in half footprints, over which the deepest loading decays.
 const FORGET: f64 = 8.0;
 /// Deflections over L at which sliding starts and is complete.
 const SLIDE: [f64; 2] = [1.5, 3.0];
-/// Deflection at which rolling resistance is complete, over the one that it approaches, inverse: complete rolling needs one direction only.
+/// Inverse ratio of the deflection at which rolling resistance is complete to the deflection that it approaches; the resistance is complete only
+/// after rolling in one direction.
 const TURNS: f64 = 1.25;
 /// Least contact half length as a fraction of the radius.
 const LENGTH_MIN: f64 = 0.05;
 
-/// Where the wheel stands in the soil and how it moves there.
+/// Position and motion of the wheel in the soil.
 struct Footprint {
-    /// Below the ground as the wheel meets it, m.
+    /// Sinkage below the ground in front of the wheel, m.
     z: f64,
     /// Below the first surface, m.
     first: f64,
@@ -123,7 +122,7 @@ struct Footprint {
     point: Vec3,
     ex: Vec3,
     ey: Vec3,
-    /// Speed with which the hub nears the ground, m/s.
+    /// Speed at which the hub approaches the ground, m/s.
     approach: f64,
     /// Rim speed, m/s.
     u: f64,
@@ -133,13 +132,13 @@ struct Footprint {
     slide: [f64; 2],
     /// Half length of the contact, m.
     length: f64,
-    /// Damping time that the speed allows, s.
+    /// Damping time at the present speed, s.
     damping: f64,
 }
 
 impl SoilContact {
-    /// The load and the rate of the state. `ground` gives height (m) and unit normal of the first surface at x, y;
-    /// `past` what was pressed before.
+    /// Returns the load and the rate of the state. `ground` gives height (m) and unit normal of the first surface at x, y;
+    /// `past` the state of previously loaded ground.
     pub fn evaluate(
         &self,
         soil: &Soil,
@@ -211,7 +210,7 @@ impl SoilContact {
         })
     }
 
-    /// The stress model of the wheel on a soil.
+    /// Returns the stress model of the wheel on a soil.
     pub(crate) fn stresses(&self, soil: &Soil) -> WheelSoil {
         WheelSoil {
             rim: Rim { radius: self.wheel.radius, width: self.wheel.width },
@@ -224,7 +223,8 @@ impl SoilContact {
         }
     }
 
-    /// The stress model with the grousers at their present angles: `ahead` is the rolling direction of the wheel, `normal` the normal of the ground.
+    /// Returns the stress model with the grousers at their present angles: `ahead` is the rolling direction of the wheel, `normal` the normal of the
+    /// ground.
     pub(crate) fn stresses_at(&self, soil: &Soil, ahead: &Vec3, normal: &Vec3) -> WheelSoil {
         let grousers = self.grousers.map(|(grousers, spoke)| Grousers {
             phase: spoke.dot(ahead).atan2(-spoke.dot(normal)),
@@ -233,7 +233,7 @@ impl SoilContact {
         WheelSoil { grousers, ..self.stresses(soil) }
     }
 
-    /// State of the ground that a wheel of the shape `m` comes to.
+    /// Returns the state of the ground that a wheel with the footprint shape `m` reaches.
     pub(crate) fn met(
         &self,
         past: &Past<'_>,
@@ -256,12 +256,12 @@ impl SoilContact {
         past.grid.mean_at(past.tracks, points)
     }
 
-    /// Deflection at which rolling resistance is complete, m.
+    /// Returns the deflection at which rolling resistance is complete, m.
     fn elastic(&self, f: &Footprint) -> f64 {
         f.length / self.shear_unloading
     }
 
-    /// Motion as the stresses see it, for a wheel that rolls to one side: 1 forwards, −1 backwards.
+    /// Returns the motion for the stress model of a wheel that rolls in one direction: 1 forwards, −1 backwards.
     fn motion(f: &Footprint, state: &SoilState, side: f64) -> Motion {
         let s = side * (state.xi_x + f.damping * f.slide[0]) / f.length;
         let lateral = -(state.xi_y + f.damping * f.slide[1]) / f.length;
@@ -269,7 +269,7 @@ impl SoilContact {
         Motion { slip: s, lateral, rolling: state.rolled.abs().min(1.0), beta }
     }
 
-    /// Forces in the contact frame of a wheel that rolls to one side.
+    /// Returns the forces in the contact frame of a wheel that rolls in one direction.
     fn forces(
         &self,
         (f, soil): (&Footprint, &Soil),
@@ -357,7 +357,7 @@ impl SoilContact {
     }
 }
 
-/// Rate of the state of a wheel in the air.
+/// Returns the rate of the state of a wheel in the air.
 fn spring_back(state: &SoilState) -> SoilState {
     SoilState {
         xi_x: -state.xi_x / FOLLOW,
@@ -387,7 +387,7 @@ impl SoilLoad {
     }
 }
 
-/// Takes from the rate what does not fit below the greatest deflection.
+/// Limits the rate so that the deflection does not exceed its maximum.
 fn slide_beyond(state: &SoilState, rate: &mut SoilState, length: f64) {
     let size = state.xi_x.hypot(state.xi_y);
     let over = (size / length - SLIDE[0]) / (SLIDE[1] - SLIDE[0]);

@@ -14,10 +14,10 @@
 //! ```
 //! `grousers` adds the forces of grousers to these.
 //!
-//! Contact frame: x where the wheel heads, y its axle, z out of the ground; forces on the wheel.
+//! Contact frame: x is the heading of the wheel, y its axle, z points out of the ground; forces act on the wheel.
 //! θ runs from the bottom towards the front. `m` is 1 for a wheel that rolls and 0 for one at
 //! rest, whose stress is symmetric; with `m = 1`, `ℓ = sin θ_f − sin θ` and `q = θ_f − θ`: the
-//! published model. Integrals: Gauss-Legendre, 8 nodes to each smooth piece. For `n` that is not
+//! published model. Integrals: The integrals use Gauss-Legendre quadrature with 8 nodes on each smooth piece. For `n` that is not
 //! an integer the end of the arc is a power singularity and the error about 1e-5.
 
 use crate::grousers::Grousers;
@@ -35,7 +35,7 @@ pub struct Rim {
     pub width: f64,
 }
 
-/// How the shear stress is shared between the two directions.
+/// Distribution of the shear stress between the two directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shear {
     /// One Mohr-Coulomb limit for the vector of shear stress, along the slip velocity.
@@ -50,34 +50,33 @@ pub enum Shear {
     },
 }
 
-/// Which pressure-sinkage law scales the normal stress.
+/// Pressure-sinkage law that scales the normal stress.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Sinkage {
     /// `k = k_c/b + k_φ`.
     Bekker,
-    /// `k = (c k_c' + γ b k_φ')/bⁿ` with γ the weight of a unit of volume, N/m³. `k_c` and `k_φ`
-    /// of the soil are read as Reece's dimensionless moduli.
+    /// `k = (c k_c' + γ b k_φ')/bⁿ` with γ the weight of a unit of volume, N/m³. `k_c` and `k_φ` of the soil are then Reece's dimensionless moduli.
     Reece {
         /// Specific weight ρ g, N/m³.
         gamma: f64,
     },
 }
 
-/// What the wheel does: everything the stresses depend on besides the sinkage.
+/// Motion of the wheel: all quantities except the sinkage on which the stresses depend.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
     /// Longitudinal slip `1 − v_x/(r ω)` (negative when skidding), dimensionless.
     pub slip: f64,
     /// Lateral creep `v_y/(r ω)`, dimensionless.
     pub lateral: f64,
-    /// 1 when rolling, 0 at rest, between the two at creeping speed.
+    /// 1 for a rolling wheel, 0 at rest, and in between at creeping speed.
     pub rolling: f64,
     /// Slip angle `atan2(v_y, |v_x|)` for bulldozing, rad.
     pub beta: f64,
 }
 
 impl Motion {
-    /// Motion of a rolling wheel with the slip `s` and the slip angle `beta` (rad). `s ≥ 0` is
+    /// Creates the motion of a rolling wheel with the slip `s` and the slip angle `beta` (rad). `s ≥ 0` is
     /// `1 − v_x/(rω)`, `s < 0` is `rω/v_x − 1` (> −1).
     pub fn rolling(s: f64, beta: f64) -> Motion {
         let ratio = if s >= 0.0 { 1.0 - s } else { 1.0 / (1.0 + s).max(1e-9) };
@@ -134,7 +133,7 @@ pub struct WheelSoil {
     pub shear: Shear,
     /// Pressure-sinkage law.
     pub sinkage: Sinkage,
-    /// Weight of the soil that a side wall pushes: gravity, m/s².
+    /// Gravity for the weight of the soil that a side wall pushes, m/s².
     pub gravity: f64,
     /// Angle of approach of bulldozing, rad; `None`: 45° − φ/2.
     pub approach: Option<f64>,
@@ -155,7 +154,7 @@ struct Arc {
     sin_front: f64,
     n: f64,
     kr: f64,
-    /// Rut over the radius that the wheel runs in, when it is not fresh ground.
+    /// Ratio of the depth of the rut in which the wheel runs to its radius; `None` on undisturbed ground.
     rut: Option<(Rut, f64)>,
     slip: f64,
     lateral: f64,
@@ -167,11 +166,11 @@ struct Arc {
     ky: f64,
 }
 
-/// Checks that a soil presses back (Bekker) under a face whose shorter side is `b` (m); `param` names that side. A soil with a negative
-/// cohesive modulus carries nothing under narrow faces.
+/// Checks that a soil presses back (Bekker) under a face whose shorter side is `b` (m); `param` names that side. Checks that the soil supports the
+/// wheel; with a negative cohesive modulus it does not support narrow faces.
 ///
 /// # Errors
-/// The modulus, and from which width on it is positive.
+/// The modulus is negative; the error contains it and the width above which it is positive.
 pub fn presses_back(soil: &Soil, b: f64, param: &str) -> Result<(), BuildError> {
     let k = soil.k_c / b + soil.k_phi;
     if k > 0.0 && k.is_finite() {
@@ -197,7 +196,7 @@ impl WheelSoil {
         }
     }
 
-    /// Whether the soil presses back under a rim of this width: a negative cohesive modulus makes narrow rims sink for ever.
+    /// Returns whether the soil supports a rim of this width; with a negative cohesive modulus narrow rims sink without limit.
     ///
     /// # Errors
     /// The modulus, and from which width on it is positive.
@@ -252,7 +251,7 @@ impl WheelSoil {
         }
     }
 
-    /// Forces at the sinkage `z` (m, along the ground normal; zero forces when `z ≤ 0`). Cost:
+    /// Returns the forces at the sinkage `z` (m, along the ground normal); zero if `z ≤ 0`. Cost:
     /// 16 to 32 evaluations of the stresses, no allocation.
     pub fn forces(&self, z: f64, motion: &Motion) -> WheelForces {
         if z <= 0.0 {
@@ -261,8 +260,8 @@ impl WheelSoil {
         self.forces_on(&self.arc(z, motion), z, motion)
     }
 
-    /// Forces at the sinkage `z` (m) below the bottom of a rut, and the state of the ground that the wheel leaves.
-    /// On ground that was never pressed these are those of `forces`.
+    /// Returns the forces at the sinkage `z` (m) below the bottom of a rut, and the state of the ground after the wheel.
+    /// On undisturbed ground they equal those of `forces`.
     pub fn pass(
         &self,
         z: f64,
@@ -277,7 +276,7 @@ impl WheelSoil {
         (self.forces_in(z, motion, rut), rut.pressed(rut.depth() + z, k, n, unloading))
     }
 
-    /// Forces at the sinkage `z` (m) below the bottom of a rut.
+    /// Returns the forces at the sinkage `z` (m) below the bottom of a rut.
     pub fn forces_in(&self, z: f64, motion: &Motion, rut: &Rut) -> WheelForces {
         if z <= 0.0 || rut.sinkage <= 0.0 {
             return self.forces(z, motion);
@@ -287,7 +286,7 @@ impl WheelSoil {
         self.forces_on(&arc, z, motion)
     }
 
-    /// Modulus `k` (N/m^(n+2)) and exponent `n` of the pressure under a wheel that moves so.
+    /// Returns modulus `k` (N/m^(n+2)) and exponent `n` of the pressure under a wheel with this motion.
     pub fn press(&self, motion: &Motion) -> (f64, f64) {
         let n = self.soil.n + self.soil.n1 * motion.slip_scale().abs();
         (self.modulus(n), n)
@@ -384,8 +383,8 @@ impl WheelSoil {
         }
     }
 
-    /// Front and rear pieces together: the rear's stress at a node is the front's at the node's
-    /// mirror image, so half of the powers are saved.
+    /// Integrates front and rear pieces together: the stress of the rear at a node equals that of the front at the mirrored node, which saves half of
+    /// the power functions.
     fn piece_pair(
         &self,
         a: &Arc,
@@ -411,7 +410,7 @@ impl WheelSoil {
         }
     }
 
-    /// Side force of the soil pushed by the wheel's wall (Hegedus; Ishigami 2007), N.
+    /// Returns the side force of the soil that the wall of the wheel pushes (Hegedus; Ishigami 2007), N.
     fn bulldozing(&self, a: &Arc, beta: f64) -> f64 {
         let sin_beta = beta.sin();
         if sin_beta == 0.0 {
@@ -431,14 +430,13 @@ impl WheelSoil {
         sum * sin_beta
     }
 
-    /// The sinkage (m) that carries `load` (N): bracketed secants on `F_z(z)`, in logarithms. `F_z(z)` is monotone without grousers; with them the
-    /// bracket still contains a solution.
-    /// `None` when the wheel cannot carry the load even when sunk to 1.5 radii.
+    /// Returns the sinkage (m) that carries `load` (N), by bracketed secants on `F_z(z)` in logarithms. `F_z(z)` is monotone without grousers; with
+    /// them the bracket still contains a solution. Returns `None` if the wheel does not carry the load at a sinkage of 1.5 radii.
     pub fn sinkage_under(&self, load: f64, motion: &Motion) -> Option<f64> {
         self.sinkage_in(load, motion, &Rut::default())
     }
 
-    /// The sinkage (m) below the bottom of a rut that carries `load` (N), likewise.
+    /// Returns the sinkage (m) below the bottom of a rut that carries `load` (N), by the same method.
     pub fn sinkage_in(&self, load: f64, motion: &Motion, rut: &Rut) -> Option<f64> {
         let (mut lo, mut hi) = (0.0, 1.5 * self.rim.radius);
         let carries = |z: f64| self.forces_in(z, motion, rut).fz;
@@ -477,7 +475,7 @@ pub fn bulldozing_factors(phi: f64, approach: f64) -> (f64, f64) {
     (cot + (approach + phi).tan(), cot + cot * cot * phi.tan())
 }
 
-/// Sines and cosines at the nodes of a piece of the arc, four at a time.
+/// Computes sines and cosines at the nodes of a piece of the arc, four at a time.
 #[inline(always)]
 fn sin_cos(mid: f64, half: f64) -> ([f64; 8], [f64; 8]) {
     let (mut sin, mut cos) = ([0.0; 8], [0.0; 8]);

@@ -3,7 +3,7 @@
 use crate::terramechanics::{Rim, Shear, Sinkage, WheelSoil};
 use linkwork_runtime::prelude::Soil;
 
-/// The wheel of the tables that an independent integration gave: 0.15 m × 0.10 m on lunar regolith.
+/// The wheel of the reference tables, which were computed by an independent integration: 0.15 m × 0.10 m on lunar regolith.
 pub(crate) fn golden_wheel() -> WheelSoil {
     WheelSoil {
         rim: Rim { radius: 0.15, width: 0.10 },

@@ -1,13 +1,13 @@
-//! Cells of the horizontal plane in tiles that are made when they are first written: memory grows with what was touched.
+//! Cells of the horizontal plane in tiles that are created when they are first written, so that memory grows with the written area.
 //!
-//! A copy shares the tiles that do not change, so forks and checkpoints in memory cost what differs.
+//! A copy shares the tiles that do not change, so the cost of forks and checkpoints in memory is proportional to the differences.
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// What was written of a plane of cells, in tiles of `EDGE` by `EDGE`.
+/// The written cells of a plane, in tiles of `EDGE` by `EDGE`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tiles<C, const EDGE: usize> {
     tiles: BTreeMap<[i32; 2], Arc<Vec<C>>>,
@@ -33,21 +33,21 @@ pub struct Part {
 impl<C: Copy + Default, const EDGE: usize> Tiles<C, EDGE> {
     const EDGE_I: i32 = EDGE as i32;
 
-    /// The tile of a cell, and its place there.
+    /// Returns the tile of a cell, and its index there.
     #[inline(always)]
     pub fn split(i: i32, j: i32) -> ([i32; 2], usize) {
         let e = Self::EDGE_I;
         ([i.div_euclid(e), j.div_euclid(e)], Self::place(i, j))
     }
 
-    /// Place of a cell in its tile.
+    /// Returns the index of a cell in its tile.
     #[inline(always)]
     pub fn place(i: i32, j: i32) -> usize {
         let e = Self::EDGE_I;
         (j.rem_euclid(e) * e + i.rem_euclid(e)) as usize
     }
 
-    /// The parts of tiles that a box of cells covers, its ends among them.
+    /// Returns the parts of tiles that a box of cells covers, including its ends.
     pub fn parts(from: [i32; 2], to: [i32; 2]) -> impl Iterator<Item = Part> {
         let e = Self::EDGE_I;
         let ([x0, y0], [x1, y1]) = (from.map(|v| v.div_euclid(e)), to.map(|v| v.div_euclid(e)));
@@ -58,20 +58,20 @@ impl<C: Copy + Default, const EDGE: usize> Tiles<C, EDGE> {
         })
     }
 
-    /// A tile's cells, rows one after the other; `None` where nothing was written. O(log tiles).
+    /// Returns the cells of a tile, row by row; `None` if it was never written. O(log tiles).
     #[inline]
     pub fn tile(&self, at: [i32; 2]) -> Option<&[C]> {
         self.tiles.get(&at).map(|cells| cells.as_slice())
     }
 
-    /// A tile's cells to write to; made when there are none, copied when a fork has them too.
+    /// Returns the cells of a tile for writing; creates them if the tile does not exist, and copies them if a fork shares them.
     pub fn tile_mut(&mut self, at: [i32; 2]) -> &mut [C] {
         let new = || Arc::new(vec![C::default(); EDGE * EDGE]);
         let tile: &mut Arc<Vec<C>> = self.tiles.entry(at).or_insert_with(new);
         Arc::make_mut(tile).as_mut_slice()
     }
 
-    /// A cell; `None` where its tile was never written.
+    /// Returns a cell; `None` if its tile was never written.
     pub fn get(&self, i: i32, j: i32) -> Option<&C> {
         let (at, k) = Self::split(i, j);
         self.tile(at).map(|cells| &cells[k])
@@ -83,7 +83,7 @@ impl<C: Copy + Default, const EDGE: usize> Tiles<C, EDGE> {
         &mut self.tile_mut(at)[k]
     }
 
-    /// All cells of all tiles with their columns and rows, in a fixed order.
+    /// Returns all cells of all tiles with their columns and rows, in a fixed order.
     pub fn cells(&self) -> impl Iterator<Item = ([i32; 2], &C)> {
         self.tiles.iter().flat_map(|(at, cells)| {
             let [i, j] = at.map(|v| v * Self::EDGE_I);
@@ -94,7 +94,7 @@ impl<C: Copy + Default, const EDGE: usize> Tiles<C, EDGE> {
         })
     }
 
-    /// The tiles that are other ones in memory than in an earlier copy, with their cells now and then.
+    /// Returns the tiles that differ in memory from those of an earlier copy, with their present and earlier cells.
     pub fn differing<'a>(
         &'a self,
         before: Option<&'a Self>,
@@ -106,7 +106,7 @@ impl<C: Copy + Default, const EDGE: usize> Tiles<C, EDGE> {
         })
     }
 
-    /// Whether all tiles are the same ones in memory.
+    /// Returns whether all tiles are shared in memory.
     pub fn shares_with(&self, other: &Self) -> bool {
         let mut pairs = self.tiles.iter().zip(&other.tiles);
         self.tiles.len() == other.tiles.len()

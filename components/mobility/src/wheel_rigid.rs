@@ -60,7 +60,7 @@ impl WheelRigidParams {
         }
         self.terrain.needs_soil().map_err(|e| {
             let help = e.help.unwrap_or_default();
-            BuildError::new(format!("{}, and the wheel has no `friction`", e.message))
+            BuildError::new(format!("{}, and the wheel does not define `friction`", e.message))
                 .help(format!("write `friction`, or {help}"))
                 .at("friction")
         })

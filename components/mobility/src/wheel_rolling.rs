@@ -1,9 +1,9 @@
-//! `mobility.wheel_rolling`: what a wheel carries that rolls without slip, for machines that move by kinematics.
+//! `mobility.wheel_rolling`: load of a wheel that rolls without slip, for machines that move by kinematics.
 //! ```text
 //! N = F · n                     normal force;   F: the load of the wheel at rest, n: the ground's normal where it acts
 //! τ = r (c_rr N sign ω + F · t)   torque of the drive: rolling resistance, and the part of F along the heading t, which drives
 //! ```
-//! Its outputs have the names of those of the models with forces, so that plots and software need not know which one it is.
+//! Its outputs have the names of those of the models with forces, so that plots and software work with either model.
 
 use crate::wheel_rigid::{hub_of, slip_of};
 use linkwork_runtime::prelude::*;
@@ -14,10 +14,10 @@ pub struct WheelRollingParams {
     /// Radius of the rim.
     #[param(unit = "m", range = 1e-3..)]
     pub radius: f64,
-    /// Width along the axle; it plays no part here.
+    /// Width along the axle; without effect in this model.
     #[param(unit = "m", range = 1e-3..)]
     pub width: f64,
-    /// Coefficient of rolling resistance c_rr: the share of the normal force that resists.
+    /// Coefficient of rolling resistance c_rr: ratio of resistance to normal force.
     #[param(default = 0.05, range = 0.0..=1.0)]
     pub resistance: f64,
     /// The ground.
@@ -31,18 +31,18 @@ pub struct RollingIn {
     /// Hub of the wheel: its y axis is the axle.
     #[port(bind = "hub", axle = "y")]
     pub hub: NodeState,
-    /// What the ground carries.
+    /// Contact load of the wheel.
     #[port(bind = "hub")]
     pub load: ContactLoad,
 }
 
-/// What the wheel carries.
+/// Load, torque and slip of the wheel.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct RollingOut {
     /// Normal force; negative where only a pull would keep the wheel down.
     #[port("N")]
     pub normal_force: f64,
-    /// Slip (rω − v)/max(|rω|, |v|), signed: what disagreeing wheels leave.
+    /// Slip (rω − v)/max(|rω|, |v|), signed; it results from wheels whose speeds do not agree.
     #[port("1")]
     pub slip: f64,
     /// Angle of the hub's velocity to the heading.
@@ -60,7 +60,7 @@ pub struct RollingOut {
     /// Torque that the drive gives to the axle.
     #[port("N m")]
     pub torque: f64,
-    /// Power lost to rolling resistance.
+    /// Power dissipated by rolling resistance.
     #[port("W")]
     pub power: f64,
 }
@@ -70,7 +70,7 @@ pub struct WheelRolling {
     p: WheelRollingParams,
 }
 
-/// A wheel of a machine that moves by kinematics: its load at rest, and the torque of its drive.
+/// Wheel of a machine that moves by kinematics, with its load at rest and the torque of its drive.
 #[model("mobility.wheel_rolling")]
 impl Model for WheelRolling {
     type Params = WheelRollingParams;

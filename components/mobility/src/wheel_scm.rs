@@ -1,7 +1,7 @@
 //! `mobility.wheel_scm`: a wheel on deformable ground, node by node (`scm`). It needs a `mobility.scm_ground` in the simulation.
 //!
-//! The soil's constants come from the terrain under the hub. The slip that counts for the soil is softened below 1 cm/s, so that no
-//! force depends on the sign of a small speed.
+//! The soil constants are those of the terrain under the hub. The slip for the soil is smoothed below 1 cm/s, so that no force depends on the sign of
+//! a small speed.
 
 use crate::grousers::{self, GrouserParams};
 use crate::rigid_contact::Hub;
@@ -37,7 +37,7 @@ pub struct WheelScmParams {
     pub gravity: Handle<dyn Gravity>,
 }
 
-/// What the ground does, and the print.
+/// Loads from the ground, and the footprint.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ScmOut {
     /// Load of the ground on the body.
@@ -52,7 +52,7 @@ pub struct ScmOut {
     /// Angle of the hub's velocity to the heading.
     #[port("rad")]
     pub slip_angle: f64,
-    /// Greatest sinkage below the surface before, with what was heaped on it.
+    /// Greatest sinkage below the previous surface, including heaped soil.
     #[port("m")]
     pub sinkage: f64,
     /// Area that is pressed.
@@ -64,22 +64,22 @@ pub struct ScmOut {
     /// Force of the ground, W.
     #[port("N")]
     pub contact_force: Vec3,
-    /// Power given to the ground.
+    /// Power transferred to the ground.
     #[port("W")]
     pub power: f64,
     /// Middle, for the ground, W.
     #[port("m", bind = "field")]
     pub print_middle: Vec3,
-    /// Axle or normal, for the ground, unit, W.
+    /// Unit vector of the axle or normal, W, for the ground.
     #[port("1", bind = "field")]
     pub print_axle: Vec3,
-    /// Direction of the length, for the ground, unit, W.
+    /// Unit vector along the length, W, for the ground.
     #[port("1", bind = "field")]
     pub print_along: Vec3,
-    /// Velocity of the middle, for the ground, W.
+    /// Velocity of the middle, W, for the ground.
     #[port("m/s", bind = "field")]
     pub print_velocity: Vec3,
-    /// Angular velocity, for the ground, W.
+    /// Angular velocity, W, for the ground.
     #[port("rad/s", bind = "field")]
     pub print_angular: Vec3,
     /// Radius, for the ground.
@@ -97,7 +97,7 @@ pub struct ScmOut {
 }
 
 impl ScmOut {
-    /// Outputs of a body with this load, print, slip and slip angle (rad).
+    /// Returns the outputs of a body with this load, print, slip and slip angle (rad).
     pub(crate) fn of(load: &GroundLoad, print: &Imprint, [slip, slip_angle]: [f64; 2]) -> ScmOut {
         ScmOut {
             load: Wrench { moment: load.moment, force: load.force },
@@ -127,30 +127,31 @@ pub struct WheelScm {
     p: WheelScmParams,
 }
 
-/// Speed below which the slip that the soil feels is softened, m/s.
+/// Speed below which the slip for the soil is smoothed, m/s.
 const CREEPING: f64 = 0.01;
-/// Soft ground carries a wheel at a fifth of its radius or so; a wheel that starts deeper is thrown out.
+/// Depth at the start above which a warning is given: soft ground carries a wheel at about a fifth of its radius, and a wheel that starts deeper is
+/// thrown out.
 const STARTS_IN: f64 = 0.4;
 
-/// Slip that counts for the soil.
+/// Returns the smoothed slip for the soil.
 fn soft_slip(hub: &Hub, radius: f64, n: &Vec3) -> f64 {
     let heading = hub.axle.cross(n).try_normalize(1e-9).unwrap_or_else(Vec3::x);
     let (u, v) = (radius * hub.angular.dot(&hub.axle), hub.velocity.dot(&heading));
     (u - v) / u.abs().max(v.abs()).hypot(CREEPING)
 }
 
-/// What there is to say of a body without ground that gives way.
+/// Returns an error if there is no deformable ground for the body.
 pub(crate) fn without_ground(ground: &View<Touched>) -> Vec<BuildError> {
     if ground.get().is_some() {
         return Vec::new();
     }
-    let fact = "there is no `mobility.scm_ground`: nothing carries it";
-    let help = "add one, as `parts/ruts_scm.ron` has it; the rovers that ship take it with `Environment.ruts: \"scm\"` (on the command line `--set Rover.Environment.ruts=scm`)";
+    let fact = "there is no `mobility.scm_ground`, so no ground carries the wheel";
+    let help = "add one, as in `parts/ruts_scm.ron`; the rovers of Linkwork include it with `Environment.ruts: \"scm\"` (on the command line `--set Rover.Environment.ruts=scm`)";
     vec![BuildError::new(fact).help(help)]
 }
 
 impl WheelScm {
-    /// Radius at which the soil is sheared, m.
+    /// Returns the radius at which the soil is sheared, m.
     fn shear_radius(&self) -> f64 {
         grousers::shear_radius(self.p.radius, &self.p.grousers)
     }
@@ -168,7 +169,7 @@ impl WheelScm {
     }
 }
 
-/// Wheel on deformable ground: pressure, shear, rut and heaps of each node under its rim. It needs a `mobility.scm_ground`.
+/// Wheel on deformable ground, with pressure, shear, rut and heaps of each node under its rim. It needs a `mobility.scm_ground`.
 #[model("mobility.wheel_scm")]
 impl Model for WheelScm {
     type Params = WheelScmParams;

@@ -38,10 +38,10 @@ pub struct WheelSoilParams {
     /// Damping time of the shear deflection.
     #[param(unit = "s", default = 0.02, range = 0.0..)]
     pub shear_damping: f64,
-    /// Ratio of the stiffness on unloading to that on loading, of shear and of the rolling resistance.
+    /// Ratio of the stiffness during unloading to that during loading, for shear and rolling resistance.
     #[param(default = 20.0, range = 1.0..=1000.0)]
     pub shear_unloading: f64,
-    /// Normal damping: the load grows by this fraction for each m/s of approach.
+    /// Normal damping: the load increases by this fraction per m/s of approach.
     #[param(unit = "s/m", default = 4.0, range = 0.0..)]
     pub normal_damping: f64,
     /// Stiffness of unloading and reloading, for depths less than the deepest one.

@@ -1,4 +1,4 @@
-//! What a single-wheel rig measures, from the stress integrals: pull, torque and sinkage against slip, slip against slope.
+//! Quantities that a single-wheel rig measures, computed from the stress integrals: pull, torque and sinkage over slip, and slip over slope.
 //! ```text
 //! z            F_z(z) = W                       sinkage under the load W
 //! efficiency   η = F_x v_x/(T ω) = F_x r (1 − s)/T

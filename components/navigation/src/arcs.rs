@@ -92,7 +92,7 @@ pub struct Vote {
     pub total: f64,
 }
 
-/// Where the rover should go.
+/// Request for the next move of the rover.
 pub struct DriveRequest<'a> {
     /// Cost to the goal from a point, m; ∞ where there is no path.
     pub value: &'a dyn Fn([f64; 2]) -> f64,

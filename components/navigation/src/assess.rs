@@ -60,11 +60,11 @@ pub enum LimitsFault {
     /// A value is out of its range.
     #[error("{what} is {value}\n  help: {help}")]
     Number {
-        /// Which.
+        /// Name of the parameter.
         what: &'static str,
         /// Its value.
         value: f64,
-        /// What it must be.
+        /// The remedy.
         help: &'static str,
     },
     /// The disc has too many cells.

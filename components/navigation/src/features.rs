@@ -11,7 +11,7 @@
 use linkwork_render::Image;
 use linkwork_spatial::nalgebra::{Matrix4, Vector4};
 
-/// How corners are found and followed.
+/// Settings of corner detection and tracking.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Features {
     /// Edge of the squares of which each has one corner at most, pixels.
@@ -65,7 +65,8 @@ impl Features {
         best.into_iter().filter_map(|(_, place)| place).collect()
     }
 
-    /// Where the patch about a corner of `from` is in `to`, pixels; `guess`: where it is expected. `None` when nothing there is like it.
+    /// Returns the position in `to` of the patch around a corner of `from`, pixels; `guess`: its expected position. `None` when nothing there is like
+    /// it.
     #[must_use]
     pub fn follow(
         &self,

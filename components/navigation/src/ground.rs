@@ -24,7 +24,7 @@ pub enum Sight {
 pub struct Ground<'a> {
     /// Edge of a cell, m.
     pub cell: f64,
-    /// What was judged.
+    /// Assessed patches.
     pub patches: &'a Tiles<Patch>,
     /// Discs that are not to be entered.
     pub keep_out: &'a [Disc],

@@ -13,18 +13,18 @@ use std::any::Any;
 
 /// Corners of a way that are shown, at most.
 const WAY: usize = 10_000;
-/// How much of the ground's own colour is hidden.
+/// Opacity of the overlay over the colour of the ground.
 const OPACITY: u8 = 190;
 /// Colours of hazards, of the worst ground that is none, and of the best.
 const HAZARD: [u8; 3] = [235, 55, 45];
 const WORST: [f64; 3] = [255.0, 215.0, 60.0];
 const BEST_COLOR: [f64; 3] = [80.0, 225.0, 110.0];
 
-/// The map as it was at one instant. It shares the tiles that have not changed since.
+/// Snapshot of the map at one instant. It shares the tiles that have not changed since.
 pub(crate) struct HazardMap {
     /// Edge of a cell, m.
     pub cell: f64,
-    /// What was judged.
+    /// Assessed patches.
     pub patches: Tiles<Patch>,
     /// Discs that are not to be entered.
     pub keep_out: Vec<Disc>,
@@ -50,7 +50,7 @@ fn color(sight: Sight) -> [u8; 4] {
 }
 
 impl HazardMap {
-    /// Returns the overlay of a rover's map and plan. Cost: the tiles are shared; the way is followed once.
+    /// Returns the overlay of a rover's map and plan. Cost: the tiles are shared; the path is traversed once.
     pub fn of(rover: &Rover, judge: &Assessor, k: &Knowledge, memory: &Memory) -> Self {
         let planner = k.planner.as_ref().filter(|_| memory.status.goes_on());
         let way = planner.map_or(Vec::new(), |planner| planner.path(memory.from, WAY));

@@ -7,7 +7,7 @@
 //! stops             permanently, if tilt or slip exceeds its limit, if there is no path or no open move for longer than `patience`,
 //!             or if the cost to the goal has had no new minimum for `progress`
 //! ```
-//! The rover stands while no move is open. A rover that has stopped permanently or has arrived stays in that state until it is restarted.
+//! The rover stops while no move is possible. A rover that has stopped permanently or has arrived stays in that state until it is restarted.
 
 use crate::arcs::{Arcs, DriveRequest, Move, Place, Vote, end_of};
 use crate::assess::{Assessor, BEST, Patch};
@@ -66,7 +66,7 @@ pub enum Status {
     NoWay,
     /// There is a path, but every move is blocked.
     NoMove,
-    /// The cost to the goal has not decreased for too long.
+    /// The cost to the goal did not decrease for longer than the limit.
     NoProgress,
     /// The rover started inside an obstacle.
     StartInObstacle,

@@ -131,7 +131,7 @@ impl Touched {
         self.0.values().copied()
     }
 
-    /// Whether nothing was touched.
+    /// Returns whether nothing was touched.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()

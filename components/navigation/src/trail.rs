@@ -1,4 +1,4 @@
-//! Where the rover has been, and how it goes back there when nothing else is open.
+//! Past positions of the rover, along which it drives back if no other move is possible.
 //! ```text
 //! trail      a place each 0.2 m or 0.15 rad, the youngest 150 of them
 //! back       to the youngest that is not reached: a circle that is tangent to the heading, κ = 2 y/(x² + y²) for x, y in the rover's
@@ -25,13 +25,13 @@ const ON_THE_SPOT: f64 = 0.1;
 pub struct Trail(VecDeque<Place>);
 
 impl Trail {
-    /// How many places it has.
+    /// Returns the number of positions.
     #[must_use]
     pub fn len(&self) -> usize {
         self.0.len()
     }
 
-    /// It has been nowhere.
+    /// Returns whether the trail is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
@@ -48,7 +48,7 @@ impl Trail {
         (way / SPACING[0]).ceil() as usize
     }
 
-    /// It is here.
+    /// Adds the present place.
     pub fn add(&mut self, at: Place) {
         let far = |p: &Place| {
             (at[0] - p[0]).hypot(at[1] - p[1]) >= SPACING[0]

@@ -1,4 +1,4 @@
-//! `power.battery`: open-circuit voltage curve, internal resistance, counted charge, and what happens when it is flat or full.
+//! `power.battery`: open-circuit voltage curve, internal resistance, counted charge, and switching when it is empty or full.
 //! ```text
 //! i  = i_loads + i_sources        net current, negative charges
 //! i* = i, but: min(i, 0) while empty, max(i, 0) while full          the current that passes
@@ -7,13 +7,12 @@
 //! V  = V_cells, 0 while empty     at `terminal`, where loads are connected; V_cells at `charger`
 //! Q  = R i_f² + (1 − η) V_oc max(−i*, 0)
 //! ```
-//! The lag makes the voltage a function of state, so that loads whose current depends on it form no algebraic loop. It
-//! stores ½ R T i_f², as an inductance of R T does: with that, V_cells i* + Q + d/dt(stored) = 0 with V_oc in the first of
-//! what is stored.
+//! The lag makes the voltage a function of state, so that loads whose current depends on it form no algebraic loop. The lag stores ½ R T i_f², like
+//! an inductance R T; with this energy and the energy ∫ V_oc dq of the cells, V_cells i* + Q + d/dt(stored) = 0.
 //!
-//! Where q falls through `charge_min` the battery is *empty*: it opens its contactor to the loads, and its voltage there is 0.
-//! Sources that are connected to `charger` still charge it. Where q has risen by `restart` it closes again.
-//! Where q reaches 1 it is *full* and takes no more until q has fallen by `recharge`. All four are events.
+//! When q falls below `charge_min`, the battery is *empty*: it opens its contactor to the loads, and its voltage there is 0.
+//! Sources that are connected to `charger` still charge it. When q has risen by `restart`, it closes the contactor again.
+//! When q reaches 1, it is *full* and is not charged until q has fallen by `recharge`. All four are events.
 
 use linkwork_runtime::prelude::*;
 
@@ -35,16 +34,16 @@ pub struct BatteryParams {
     /// Lag of the terminal voltage.
     #[param(unit = "s", default = 0.05, range = 1e-4..)]
     pub lag: f64,
-    /// Share of the charging current that is stored.
+    /// Fraction of the charging current that is stored.
     #[param(default = 0.98, range = 0.0..=1.0)]
     pub charge_efficiency: f64,
     /// State of charge at which it is empty and opens its contactor to the loads.
     #[param(default = 0.0, range = 0.0..=1.0)]
     pub charge_min: f64,
-    /// How far the state of charge must rise above `charge_min` before it closes again.
+    /// Rise of the state of charge above `charge_min` at which the contactor closes again.
     #[param(default = 0.05, range = 1e-6..=1.0)]
     pub restart: f64,
-    /// How far the state of charge of a full battery must fall before it charges again.
+    /// Fall of the state of charge of a full battery at which charging starts again.
     #[param(default = 0.005, range = 1e-6..=1.0)]
     pub recharge: f64,
 }
@@ -52,10 +51,10 @@ pub struct BatteryParams {
 /// Loads and sources.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BatteryIn {
-    /// Where loads are connected.
+    /// Connection for loads.
     #[port(connector)]
     pub terminal: Currents,
-    /// Where sources are connected, which take a negative current.
+    /// Connection for sources; their current is negative.
     #[port(connector)]
     pub charger: Currents,
 }
@@ -63,10 +62,10 @@ pub struct BatteryIn {
 /// Terminal.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BatteryOut {
-    /// Where loads are connected: 0 V while it is empty.
+    /// Connection for loads: 0 V while the battery is empty.
     #[port(connector)]
     pub terminal: Voltage,
-    /// Where sources are connected: the voltage of the cells.
+    /// Connection for sources: the voltage of the cells.
     #[port(connector)]
     pub charger: Voltage,
     /// State of charge, 0 to 1.
@@ -75,13 +74,13 @@ pub struct BatteryOut {
     /// Current drawn (with the lag).
     #[port("A")]
     pub current: f64,
-    /// It has run flat and cut its loads off; until it has been charged by `restart`.
+    /// The battery is empty and has disconnected its loads until it has been charged by `restart`.
     #[port("1")]
     pub empty: bool,
     /// It supplies its loads: the negation of `empty`.
     #[port("1")]
     pub supplies: bool,
-    /// It takes no more charge.
+    /// The battery is full and accepts no more charge.
     #[port("1")]
     pub full: bool,
     /// Stored energy: ∫ V_oc dq, and the energy of the lag.
@@ -92,16 +91,16 @@ pub struct BatteryOut {
     pub held: f64,
 }
 
-/// Where power goes.
+/// Power flows of the battery.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BatteryFlows {
     /// Outlet of its heat, for the port of a thermal node. If it is not connected, the heat goes to the surroundings.
     #[port(connector)]
     pub case: HeatFlow,
-    /// Power that sources offer and a full battery does not take.
+    /// Power that sources offer and a full battery does not accept.
     #[port("W", lost)]
     pub shed: f64,
-    /// Current that is not stored: charging losses, and what a full battery does not take.
+    /// Current that is not stored: charging losses, and current that a full battery does not accept.
     #[port("A", lost)]
     pub lost: f64,
 }
@@ -117,16 +116,16 @@ pub struct BatteryState {
     pub current: f64,
 }
 
-/// Whether it is empty or full.
+/// Flags for the empty and the full battery.
 #[derive(State, Clone, Copy, Debug, PartialEq)]
 pub struct Contactors {
-    /// It is empty.
+    /// The battery is empty.
     #[port("1")]
     pub empty: bool,
-    /// It is full.
+    /// The battery is full.
     #[port("1")]
     pub full: bool,
-    /// Times that it has run flat.
+    /// Number of times that it has become empty.
     #[port("1")]
     pub flat: f64,
 }
@@ -134,16 +133,16 @@ pub struct Contactors {
 /// The four thresholds.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ChargeGuards {
-    /// Charge over that at which it is empty.
+    /// Charge minus the charge at which it is empty.
     #[port("1", falling)]
     pub above_min: f64,
     /// Charge above the restart threshold.
     #[port("1", rising)]
     pub above_restart: f64,
-    /// Charge over that at which it is full.
+    /// Charge minus the charge at which it is full.
     #[port("1", rising)]
     pub above_full: f64,
-    /// Charge over that at which it charges again.
+    /// Charge minus the charge at which it charges again.
     #[port("1", falling)]
     pub above_recharge: f64,
 }
@@ -153,7 +152,7 @@ pub struct Battery {
     p: BatteryParams,
 }
 
-/// Value at `x` of a table of rising (x, y), constant beyond its ends.
+/// Returns the value at `x` of a table (x, y) with increasing x, constant beyond its ends.
 pub fn table(rows: &[[f64; 2]], x: f64) -> f64 {
     let i = rows.partition_point(|r| r[0] <= x);
     match (i.checked_sub(1).and_then(|k| rows.get(k)), rows.get(i)) {
@@ -190,7 +189,7 @@ impl Battery {
             + 0.5 * p.resistance * p.lag * x.current * x.current
     }
 
-    /// Net current that loads and sources ask for, and what of it passes.
+    /// Returns the net current that loads and sources request, and the part of it that flows.
     fn currents(&self, d: &Contactors, u: &BatteryIn) -> [f64; 2] {
         // An empty battery has opened the contactor to its loads.
         let loads = if d.empty { 0.0 } else { u.terminal.current };
@@ -217,7 +216,7 @@ impl Model for Battery {
         if p.curve.len() < 2 || p.curve.windows(2).any(|w| w[0][0] >= w[1][0] || w[0][1] > w[1][1])
         {
             return Err(BuildError::new(
-                "the curve needs two or more rows, rising in both columns",
+                "the curve needs at least two rows, and both columns must be strictly increasing",
             )
             .at("curve"));
         }
@@ -299,10 +298,10 @@ impl Model for Battery {
             return Vec::new();
         }
         let fact = format!(
-            "it would close its contactor again at a state of charge of {}, which is never reached",
+            "the battery would reconnect (close its contactor) at a state of charge of {}, which it never reaches",
             p.charge_min + p.restart
         );
-        let help = "write `charge_min` and `restart` that add up to less than 1";
+        let help = "the sum of `charge_min` and `restart` must be less than 1";
         vec![BuildError::new(fact).help(help).at("restart")]
     }
 }
@@ -326,8 +325,8 @@ mod tests {
         .unwrap()
     }
 
-    /// Steps of Euler with the events at their ends, from a state: state, energy given to the terminals, heat, and
-    /// energy that was shed (J).
+    /// Performs Euler steps with events at their ends from a state; returns the state, the energy supplied at the terminals, the heat, and the energy
+    /// that was not accepted (J).
     fn run(
         b: &Battery,
         start: (BatteryState, Contactors),

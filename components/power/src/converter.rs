@@ -1,4 +1,4 @@
-//! `power.converter`: a regulated supply from another bus, as of an instrument or of a vehicle that is fed from outside.
+//! `power.converter`: a regulated supply from another bus, for example of an instrument, or of a vehicle that is supplied from outside.
 //! ```text
 //! V_out = voltage while it is on                 P_out = V_out i_out
 //! P_in  = P_out/η, or η P_out where power comes back         i_in = P_in/V_in          Q = P_in − P_out
@@ -12,24 +12,24 @@ pub struct ConverterParams {
     /// Voltage of its output.
     #[param(unit = "V", range = 1e-3..)]
     pub voltage: f64,
-    /// Share of the power that passes.
+    /// Efficiency of the converter.
     #[param(default = 1.0, range = 0.01..=1.0)]
     pub efficiency: f64,
     /// Voltage of its input at which it switches off.
     #[param(unit = "V", default = 1.0, range = 1e-3..)]
     pub volts_min: f64,
-    /// How far the voltage must rise above `volts_min` before it switches on again.
+    /// Rise of the voltage above `volts_min` at which the converter switches on again.
     #[param(unit = "V", default = 1.0, range = 1e-3..)]
     pub margin: f64,
 }
 
-/// Both sides.
+/// Input and output of the converter.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ConverterIn {
     /// The bus that feeds it.
     #[port(connector)]
     pub input: Voltage,
-    /// Where its loads are connected.
+    /// Connection for loads.
     #[port(connector)]
     pub output: Currents,
 }
@@ -37,21 +37,21 @@ pub struct ConverterIn {
 /// Regulated voltage.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ConverterOut {
-    /// Where its loads are connected: 0 V while it is off.
+    /// Connection for loads: 0 V while the converter is off.
     #[port(connector)]
     pub output: Voltage,
-    /// It is on.
+    /// The converter is on.
     #[port("1")]
     pub on: bool,
 }
 
-/// What it takes.
+/// Input power and heat of the converter.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ConverterFlow {
     /// The bus that feeds it.
     #[port(connector)]
     pub input: Current,
-    /// Power taken from that bus; negative: fed back.
+    /// Power taken from the input bus; negative: fed back.
     #[port("W")]
     pub power: f64,
     /// Outlet of its heat, for the port of a thermal node. If it is not connected, the heat goes to the surroundings.
@@ -59,10 +59,10 @@ pub struct ConverterFlow {
     pub case: HeatFlow,
 }
 
-/// Whether it is on.
+/// State of the converter.
 #[derive(State, Clone, Copy, Debug, PartialEq)]
 pub struct Switch {
-    /// It is off.
+    /// The converter is off.
     #[port("1")]
     pub off: bool,
 }
@@ -70,10 +70,10 @@ pub struct Switch {
 /// The two voltages.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ConverterGuards {
-    /// Voltage of the input over the least one.
+    /// Input voltage minus the least one.
     #[port("V", falling)]
     pub above_min: f64,
-    /// Voltage of the input over the voltage of the restart.
+    /// Input voltage minus the restart voltage.
     #[port("V", rising)]
     pub above_restart: f64,
 }

@@ -1,26 +1,26 @@
-//! `power.dust`: dust that settles on a surface, and gusts that blow it off.
+//! `power.dust`: dust that settles on a surface and is blown off by gusts.
 //! ```text
 //! ḟ = −k f                                     f: share of the light that passes
 //! where the wind rises through `wind`: f⁺ = f + cleaned (1 − f)
 //! ```
-//! Each layer takes the same share of what the ones above it let through. A gust cleans once, where it sets in, which is an
-//! event. On Mars 0.2 % to 0.3 % of the light are lost in a sol between gusts.
+//! Each layer absorbs the same fraction of the light that passes the layers above it. A gust cleans once, at its beginning, which is an event. On
+//! Mars 0.2 % to 0.3 % of the light are lost per sol between gusts.
 
 use linkwork_runtime::prelude::*;
 
-/// How dust comes and goes.
+/// Deposition and removal of dust.
 #[derive(Params, Clone, Debug)]
 pub struct DustParams {
-    /// Share of the light that passes at the start.
+    /// Fraction of the light that passes at the start.
     #[param(default = 1.0, range = 0.0..=1.0)]
     pub passes: f64,
-    /// Rate k at which that share falls, such as "0.28 %/sol" on Mars.
+    /// Rate k at which that fraction decreases, such as "0.28 %/sol" on Mars.
     #[param(unit = "1/s", range = 0.0..)]
     pub settling: f64,
-    /// Speed of the wind from which on it cleans.
+    /// Wind speed at and above which a gust cleans the surface.
     #[param(unit = "m/s", default = 20.0, range = 0.0..)]
     pub wind: f64,
-    /// Share of what the dust takes that a gust gives back.
+    /// Fraction of the lost light that a gust restores.
     #[param(default = 0.7, range = 0.0..=1.0)]
     pub cleaned: f64,
 }
@@ -33,18 +33,18 @@ pub struct DustIn {
     pub wind: f64,
 }
 
-/// What passes.
+/// Fraction of the light that passes.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct DustOut {
-    /// Share of the light that passes: for the `passes` of a solar panel.
+    /// Fraction of the light that passes, for the input `passes` of a solar panel.
     #[port("1")]
     pub passes: f64,
 }
 
-/// What passes.
+/// Fraction of the light that passes.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Layer {
-    /// Share of the light that passes.
+    /// Fraction of the light that passes.
     #[port("1")]
     pub passes: f64,
 }
@@ -60,7 +60,7 @@ pub struct Gusts {
 /// The gust.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct DustGuards {
-    /// Wind over the speed that cleans.
+    /// Wind speed minus the speed that cleans.
     #[port("m/s", rising)]
     pub above_wind: f64,
 }

@@ -1,10 +1,11 @@
-//! `power.heat_source`: gives a commanded heat to a thermal node, such as radioisotope heater units, or the friction of a part without an outlet.
+//! `power.heat_source`: supplies a commanded heat flow to a thermal node, for example that of radioisotope heater units, or of friction in a part
+//! without a heat outlet.
 use linkwork_runtime::prelude::*;
 
 /// Command.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct HeatSourceIn {
-    /// Heat to give; negative takes heat away.
+    /// Heat flow to the node; negative: heat is removed.
     #[port("W")]
     pub power: f64,
 }
@@ -20,7 +21,7 @@ pub struct HeatSourceOut {
 /// A source of heat.
 pub struct HeatSource;
 
-/// Heat source: gives a commanded heat to a thermal node.
+/// Heat source: supplies a commanded heat flow to a thermal node.
 #[model("power.heat_source")]
 impl Model for HeatSource {
     type FeedthroughInputs = HeatSourceIn;

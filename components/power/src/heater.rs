@@ -117,7 +117,7 @@ impl Model for Heater {
             above_off: u.node.temperature - self.p.on_below - self.p.band,
         }
     }
-    /// At the lower threshold and below it the contact is closed, at the upper one and above it is open.
+    /// At and below the lower threshold the contact is closed; at and above the upper one it is open.
     fn handle_event(&self, fired: Fired<'_>, d: &Thermostat) -> ((), Thermostat) {
         let closed = fired.fell(0) || (d.closed && !fired.rose(1));
         let switchings = d.switchings + f64::from(u8::from(closed != d.closed));

@@ -1,4 +1,4 @@
-//! `power.load`: an electrical load that is off, on standby or on, and browns out where its voltage is too low.
+//! `power.load`: an electrical load that is off, on standby or on, and browns out if its voltage is too low.
 //! ```text
 //! P₀ = level · power_on, or power_standby, or 0
 //! power      i = P₀/V                a regulated converter: current rises as voltage falls
@@ -7,7 +7,7 @@
 //! P = V i,  Q = P · heat_share
 //! ```
 //! When V falls through `volts_min` the load browns out: it draws no current until V rises through `volts_min` + `margin`, and then follows its
-//! commands again. Both are events. A run that starts below `volts_min` starts browned out.
+//! commands again. Both are events. If a run starts below `volts_min`, the load is browned out at the start.
 
 use linkwork_runtime::prelude::*;
 
@@ -18,7 +18,7 @@ pub enum Law {
     Power,
     /// Constant current.
     Current,
-    /// Current in proportion to the voltage.
+    /// Current proportional to the voltage.
     Resistance,
 }
 

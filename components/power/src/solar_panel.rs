@@ -196,7 +196,7 @@ mod tests {
         }
     }
 
-    /// An eclipse dims beam and sky alike: the sky is lit by the same Sun.
+    /// An eclipse dims beam and sky equally, because the sky is lit by the same Sun.
     #[test]
     fn an_eclipse_dims_beam_and_sky() {
         let part = |visible: f64, tau: f64| {
@@ -214,7 +214,10 @@ mod tests {
         use linkwork_runtime::PlainWorld;
         let dusty = SolarPanelParams { optical_depth: 0.5, ..params() };
         let e = SolarPanel::build(dusty.clone()).err().unwrap();
-        assert!(e.param.as_deref() == Some("optical_depth") && e.message.contains("way is up"));
+        assert!(
+            e.param.as_deref() == Some("optical_depth")
+                && e.message.contains("direction of the vertical")
+        );
         let world = Some(PlainWorld::inertial(4e14, 6.4e6, 7e-5).handle());
         let e = SolarPanel::build(SolarPanelParams { world, ..dusty }).err().unwrap();
         assert!(e.message.contains("no ground") && e.help.is_some());

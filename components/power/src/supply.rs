@@ -1,4 +1,5 @@
-//! Supplies for what is not simulated further: `power.ideal_supply`, a constant voltage; `power.programmable_supply`, a commanded one; `power.source`, a commanded power.
+//! Supplies for parts whose real supply is not simulated: `power.ideal_supply`, a constant voltage; `power.programmable_supply`, a commanded one;
+//! `power.source`, a commanded power.
 //! ```text
 //! ideal supply    V constant, whatever current is drawn;   Ė = V i
 //! source          i = −P/V into the bus that it is connected to
@@ -13,10 +14,10 @@ pub struct IdealSupplyParams {
     pub voltage: f64,
 }
 
-/// What is drawn.
+/// Current drawn from the supply.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct IdealSupplyIn {
-    /// Where loads are connected.
+    /// Connection for loads.
     #[port(connector)]
     pub terminal: Currents,
 }
@@ -24,21 +25,21 @@ pub struct IdealSupplyIn {
 /// Voltage.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct IdealSupplyOut {
-    /// Where loads are connected.
+    /// Connection for loads.
     #[port(connector)]
     pub terminal: Voltage,
-    /// Energy given since the start.
+    /// Energy supplied since the start.
     #[port("J")]
     pub energy: f64,
 }
 
-/// What it gives.
+/// Power of the supply.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct IdealSupplyFlow {
     /// Current given.
     #[port("A")]
     pub current: f64,
-    /// Power given; negative: taken back.
+    /// Power supplied; negative: fed back.
     #[port("W")]
     pub power: f64,
 }
@@ -56,7 +57,7 @@ pub struct IdealSupply {
     p: IdealSupplyParams,
 }
 
-/// Ideal supply: a constant voltage, whatever current is drawn; counts the energy that it gives.
+/// Ideal supply: a constant voltage, independent of the current; integrates the supplied energy.
 #[model("power.ideal_supply")]
 impl Model for IdealSupply {
     type Params = IdealSupplyParams;
@@ -79,7 +80,7 @@ impl Model for IdealSupply {
 /// Commanded voltage.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ProgrammableIn {
-    /// Its voltage: below 0 counts as 0.
+    /// Commanded voltage; values below 0 count as 0.
     #[port("V")]
     pub volts: f64,
 }
@@ -87,7 +88,7 @@ pub struct ProgrammableIn {
 /// Voltage.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ProgrammableOut {
-    /// Where loads are connected.
+    /// Connection for loads.
     #[port(connector)]
     pub terminal: Voltage,
 }
@@ -95,7 +96,7 @@ pub struct ProgrammableOut {
 /// A commanded voltage.
 pub struct ProgrammableSupply;
 
-/// Programmable supply: a commanded voltage, whatever current is drawn, as of a laboratory.
+/// Programmable supply: a commanded voltage, independent of the current, like a laboratory supply.
 #[model("power.programmable_supply")]
 impl Model for ProgrammableSupply {
     // The voltage does not follow from the currents: they are inputs without feedthrough.
@@ -120,7 +121,7 @@ pub struct SourceIn {
     /// Power to feed in.
     #[port("W", default = 0.0)]
     pub power: f64,
-    /// Where it feeds in: a battery's `charger`, or a terminal.
+    /// Connection to the `charger` of a battery, or to a terminal.
     #[port(connector)]
     pub output: Voltage,
 }
@@ -128,7 +129,7 @@ pub struct SourceIn {
 /// Current fed in.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct SourceOut {
-    /// Where it feeds in: a battery's `charger`, or a terminal.
+    /// Connection to the `charger` of a battery, or to a terminal.
     #[port(connector)]
     pub output: Current,
     /// Power fed in: zero without a voltage.

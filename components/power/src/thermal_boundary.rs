@@ -1,4 +1,4 @@
-//! `power.thermal_boundary`: a temperature that is given, whatever heat comes: a test chamber, a cold plate, the ground.
+//! `power.thermal_boundary`: a given temperature that does not depend on the heat flow, such as a test chamber, a cold plate or the ground.
 use linkwork_runtime::prelude::*;
 
 /// Temperature.
@@ -12,7 +12,7 @@ pub struct ThermalBoundaryIn {
 /// Heat.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThermalBoundaryHeat {
-    /// Where links and heaters are connected.
+    /// Connection for links and heaters.
     #[port(connector)]
     pub port: HeatFlows,
 }
@@ -20,7 +20,7 @@ pub struct ThermalBoundaryHeat {
 /// Temperature.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThermalBoundaryOut {
-    /// Where links and heaters are connected.
+    /// Connection for links and heaters.
     #[port(connector)]
     pub port: Temperature,
 }
@@ -36,7 +36,7 @@ pub struct Received {
 /// A given temperature.
 pub struct ThermalBoundary;
 
-/// Thermal boundary: a given temperature, whatever heat comes to it; counts the heat.
+/// Thermal boundary: a given temperature, independent of the heat flow; integrates the heat.
 #[model("power.thermal_boundary")]
 impl Model for ThermalBoundary {
     // The temperature does not follow from the heat, which is an input without feedthrough.

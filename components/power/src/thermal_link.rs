@@ -7,10 +7,10 @@
 use crate::thermal_node::radiation;
 use linkwork_runtime::prelude::*;
 
-/// How well heat passes.
+/// Conductance and radiative exchange of the link.
 #[derive(Params, Clone, Debug)]
 pub struct ThermalLinkParams {
-    /// Conductance: of a bar k A/L, of parts in series 1/(1/G₁ + 1/G₂).
+    /// Conductance: k A/L for a bar, 1/(1/G₁ + 1/G₂) for parts in series.
     #[param(unit = "W/K", default = 0.0, range = 0.0..)]
     pub conductance: f64,
     /// Area of radiative exchange: area × view factor × effective emissivity.
@@ -35,7 +35,7 @@ pub struct ThermalLinkOut {
     /// End a.
     #[port(connector)]
     pub a: HeatFlow,
-    /// End b: it gets what a loses.
+    /// End b: it receives the heat that a loses.
     #[port(connector)]
     pub b: HeatFlow,
 }
@@ -45,7 +45,7 @@ pub struct ThermalLink {
     p: ThermalLinkParams,
 }
 
-/// A way for heat between two nodes: conductance, radiation from surface to surface.
+/// Heat flow between two nodes by conductance and by radiation from surface to surface.
 #[model("power.thermal_link")]
 impl Model for ThermalLink {
     type Params = ThermalLinkParams;

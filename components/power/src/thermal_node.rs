@@ -1,13 +1,13 @@
-//! `power.thermal_node`: a lump of one temperature that takes up heat, radiates to the sky and gives heat to the air.
+//! `power.thermal_node`: a body with one temperature that stores heat, radiates to the sky and exchanges heat with the air.
 //! ```text
 //! C Ṫ = Q + α A G − ε A σ (T⁴ − T_sky⁴) − h A (T − T_air)
 //! ```
-//! Q: heat of what is connected to its port: links (`power.thermal_link`), heaters, motors, sources, G: light on the outer surface A. A node holds as long as
-//! its body is warm through and through, which is for a Biot number h L/k well below one.
+//! Q is the heat flow from the parts connected to its port: links (`power.thermal_link`), heaters, motors and sources; G is the light on the outer
+//! surface A. One node is sufficient if the temperature inside its body is uniform, that is, for a Biot number h L/k well below one.
 
 use linkwork_runtime::prelude::*;
 
-/// Stefan–Boltzmann constant, W/(m² K⁴): exact from the constants that define the SI.
+/// Stefan–Boltzmann constant, W/(m² K⁴): exact, from the defining constants of the SI.
 pub const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
 
 /// Heat capacity and outer surface.
@@ -19,13 +19,13 @@ pub struct ThermalNodeParams {
     /// Temperature at the start.
     #[param(unit = "K", range = 1.0..)]
     pub temperature: f64,
-    /// Outer surface, which radiates, sees the light and meets the air; 0: heat goes through links only.
+    /// Area of the outer surface, which radiates, absorbs light and exchanges heat with the air; 0: heat flows through links only.
     #[param(unit = "m^2", default = 0.0, range = 0.0..)]
     pub area: f64,
     /// Emissivity of the surface in the infrared.
     #[param(default = 0.0, range = 0.0..=1.0)]
     pub emissivity: f64,
-    /// Share of the light that the surface takes up.
+    /// Fraction of the light that the surface absorbs.
     #[param(default = 0.0, range = 0.0..=1.0)]
     pub absorptivity: f64,
     /// Coefficient of convection to the air.
@@ -36,21 +36,21 @@ pub struct ThermalNodeParams {
 /// Heat.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThermalNodeIn {
-    /// Where links, heaters and the cases of motors and loads are connected.
+    /// Connection for links, heaters, and the cases of motors and loads.
     #[port(connector)]
     pub port: HeatFlows,
 }
 
-/// What is around.
+/// Surroundings of the node.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThermalNodeAround {
-    /// Temperature of the sky, as a black body would show it. It has to be wired where `emissivity` is written.
+    /// Temperature of the sky as a black body. It must be wired if `emissivity` is written.
     #[port("K", default = 0.0)]
     pub sky: f64,
-    /// Temperature of the air. It has to be wired where `convection` is written.
+    /// Temperature of the air. It must be wired if `convection` is written.
     #[port("K", default = 0.0)]
     pub air: f64,
-    /// Light on the surface, such as `irradiance` of a solar panel. It has to be wired where `absorptivity` is written.
+    /// Light on the surface, such as `irradiance` of a solar panel. It must be wired if `absorptivity` is written.
     #[port("W/m^2", default = 0.0)]
     pub light: f64,
 }
@@ -58,24 +58,24 @@ pub struct ThermalNodeAround {
 /// Temperature.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThermalNodeOut {
-    /// Where links, heaters and the cases of motors and loads are connected.
+    /// Connection for links, heaters, and the cases of motors and loads.
     #[port(connector)]
     pub port: Temperature,
     /// Temperature.
     #[port("K")]
     pub temperature: f64,
-    /// Heat that it holds, counted from 0 K.
+    /// Stored heat, counted from 0 K.
     #[port("J", stored)]
     pub energy: f64,
 }
 
-/// Where the heat goes.
+/// Heat flows of the node.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThermalNodeFlows {
-    /// Heat radiated to the sky, less what the sky radiates back.
+    /// Net heat flow radiated to the sky.
     #[port("W", lost)]
     pub radiated: f64,
-    /// Heat given to the air.
+    /// Heat flow to the air.
     #[port("W", lost)]
     pub convected: f64,
     /// Light taken up.
@@ -96,7 +96,7 @@ pub struct ThermalNode {
     p: ThermalNodeParams,
 }
 
-/// A lump of one temperature: heat capacity, heat from inside and through links, radiation, convection, light.
+/// A body with one temperature: heat capacity, heat from parts and links, radiation, convection, light.
 #[model("power.thermal_node")]
 impl Model for ThermalNode {
     type Params = ThermalNodeParams;
@@ -108,7 +108,7 @@ impl Model for ThermalNode {
     fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
         let p = &self.p;
         let why = |param: &str, help: &str| {
-            BuildError::new(format!("`area` and `{param}` are written")).help(help)
+            BuildError::new(format!("`area` and `{param}` require it")).help(help)
         };
         let all = [
             (
@@ -122,14 +122,14 @@ impl Model for ThermalNode {
             (
                 p.convection,
                 "air",
-                why("convection", "wire the temperature of the air, or leave `convection` out"),
+                why("convection", "wire the temperature of the air, or remove `convection`"),
             ),
             (
                 p.absorptivity,
                 "light",
                 why(
                     "absorptivity",
-                    "wire the light on the surface, such as `irradiance` of a solar panel, or leave `absorptivity` out",
+                    "wire the light on the surface, such as `irradiance` of a solar panel, or remove `absorptivity`",
                 ),
             ),
         ];
@@ -163,11 +163,11 @@ impl Model for ThermalNode {
         let (fact, help) = match p.area > 0.0 {
             false if acts => (
                 "a node without outer surface neither radiates nor meets light or air",
-                "write `area`, or leave `emissivity`, `absorptivity` and `convection` out",
+                "write `area`, or remove `emissivity`, `absorptivity` and `convection`",
             ),
             true if !acts => (
-                "a surface that neither radiates nor meets light or air does nothing",
-                "write `emissivity`, `absorptivity` or `convection`, or leave `area` out",
+                "a surface that neither radiates nor meets light or air has no effect",
+                "write `emissivity`, `absorptivity` or `convection`, or remove `area`",
             ),
             _ => return Vec::new(),
         };
@@ -175,7 +175,7 @@ impl Model for ThermalNode {
     }
 }
 
-/// Net heat (W) that 1 m² of a black body at `t` radiates to another at `other` (K).
+/// Net heat flow (W) that 1 m² of a black body at `t` radiates to another at `other` (K).
 pub(crate) fn radiation(t: f64, other: f64) -> f64 {
     // The difference T⁴ − S⁴ is factored: no digits cancel where the two are nearly equal.
     STEFAN_BOLTZMANN * (t - other) * (t + other) * (t * t + other * other)

@@ -27,10 +27,10 @@ pub struct AttitudeIn {
 /// Attitude.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct AttitudeOut {
-    /// Rotation from the node's axes to W.
+    /// Rotation from the axes of the node to W.
     #[port("1")]
     pub rotation: Quat,
-    /// Turn rate, the node's axes.
+    /// Turn rate, axes of the node.
     #[port("rad/s")]
     pub angular: Vec3,
 }

@@ -94,7 +94,7 @@ pub struct CameraSensor {
     around: Surroundings,
 }
 
-/// Writers of a camera: there are none.
+/// Writers of a camera; a camera has none.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Nothing {}
 
@@ -286,7 +286,7 @@ mod tests {
         }
     }
 
-    /// Without air the Sun alone lights the ground.
+    /// Without air only the Sun lights the ground.
     #[test]
     fn a_body_without_air_has_no_sky() {
         let pose = linkwork_spatial::Pose::new(Quat::identity(), Vec3::z() * 2e6);
@@ -308,7 +308,7 @@ mod tests {
         assert!(sky(Some(rock), Some(air)) > 0.0 && sky(None, None) > 0.0);
     }
 
-    /// A camera 2 m above the ground that looks along +x, downwards by an angle; then lanes of bodies.
+    /// Inputs of a camera 2 m above the ground that looks along +x and downwards by an angle, followed by lanes of bodies.
     fn lanes(down: f64, bodies: &[Vec3]) -> Vec<f64> {
         let node = |position, rotation| NodeState { position, rotation, ..NodeState::identity() };
         let mut nodes =

@@ -1,8 +1,8 @@
-//! `sensors.contact_switch`: whether its body touches anything: a bumper, the switch of a landing leg.
+//! `sensors.contact_switch`: a switch that shows whether its body touches anything, such as a bumper or the switch of a landing leg.
 //! ```text
 //! closes when |F| ≥ close, opens when |F| ≤ open, once that has lasted `delay`      F: sum of the contact forces on the body
 //! ```
-//! Between the two forces it stays as it is, so that a load that trembles makes one contact.
+//! Between the two forces its state does not change, so that a vibrating load causes only one contact.
 
 use linkwork_runtime::prelude::*;
 
@@ -15,7 +15,7 @@ pub struct ContactSwitchParams {
     /// Force at which the switch opens again. Default: half of `close`.
     #[param(default = None)]
     pub open: Option<f64>,
-    /// How long a force must last before the switch follows it.
+    /// Time for which a force must persist before the switch changes.
     #[param(unit = "s", default = 0.0, range = 0.0..)]
     pub delay: f64,
 }
@@ -23,7 +23,7 @@ pub struct ContactSwitchParams {
 /// The body.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ContactSwitchIn {
-    /// What the body touches.
+    /// Contact force on the body.
     #[port(bind = "body")]
     pub load: ContactLoad,
 }
@@ -31,13 +31,13 @@ pub struct ContactSwitchIn {
 /// Readings.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ContactSwitchOut {
-    /// It is closed.
+    /// The switch is closed.
     #[port]
     pub closed: bool,
-    /// It has been closed at any time before.
+    /// The switch is or has been closed.
     #[port]
     pub touched: bool,
-    /// How often it has closed.
+    /// Number of times that the switch has closed.
     #[port("1")]
     pub count: f64,
 }
@@ -45,13 +45,13 @@ pub struct ContactSwitchOut {
 /// The switch.
 #[derive(State, Clone, Copy, Debug)]
 pub struct ContactSwitchState {
-    /// It is closed.
+    /// The switch is closed.
     #[port("1")]
     pub closed: bool,
-    /// How often it has closed.
+    /// Number of times that it has closed.
     #[port("1")]
     pub count: f64,
-    /// How long the force has been beyond the limit that changes it.
+    /// Time since the force crossed the limit that changes the switch.
     #[port("s")]
     pub since: f64,
     /// The force was beyond that limit at the last sample.
@@ -66,7 +66,7 @@ pub struct ContactSwitch {
 }
 
 impl ContactSwitch {
-    /// The state after a force (N), `dt` (s) after the last sample.
+    /// Returns the state after a force (N) that is read `dt` (s) after the last sample.
     fn next(&self, d: &ContactSwitchState, force: f64, dt: f64) -> ContactSwitchState {
         let beyond = if d.closed { force <= self.open } else { force >= self.p.close };
         let since = if beyond && d.pending { d.since + dt.max(0.0) } else { 0.0 };
@@ -80,7 +80,7 @@ impl ContactSwitch {
     }
 }
 
-/// A switch that the contact forces on a body close and open; sampled.
+/// A switch that contact forces on a body close and open; sampled.
 #[model("sensors.contact_switch")]
 impl Model for ContactSwitch {
     type Params = ContactSwitchParams;
@@ -90,8 +90,9 @@ impl Model for ContactSwitch {
     fn build(p: ContactSwitchParams) -> Result<Self, BuildError> {
         let open = p.open.unwrap_or(0.5 * p.close);
         if !(open >= 0.0 && open <= p.close) {
-            let fact = format!("it opens at {open} N and closes at {} N", p.close);
-            let help = "write `open` from 0 to `close`, or leave it out";
+            let fact =
+                format!("`open` is {open} N, but it must be between 0 and `close` = {} N", p.close);
+            let help = "correct `open`, or remove it";
             return Err(BuildError::new(fact).help(help).at("open"));
         }
         Ok(ContactSwitch { p, open })
@@ -123,7 +124,7 @@ mod tests {
         ContactSwitch::build(ContactSwitchParams { close, open, delay })
     }
 
-    /// Readings at 100 Hz for a force along a slanted line.
+    /// Readings at 100 Hz for a force that changes linearly.
     fn readings(m: &ContactSwitch, forces: &[f64]) -> Vec<ContactSwitchOut> {
         let mut d = ContactSwitchState::zero();
         let of = |(n, force): (usize, &f64)| {

@@ -1,4 +1,4 @@
-//! `sensors.current`: current of a motor or of a load by a shunt and a converter.
+//! `sensors.current`: current of a motor or load, measured by a shunt and a converter.
 //! ```text
 //! x = (1 + gain_error) i + offset + n           n ~ N(0, σ²)
 //! without `bits`:  reading = clamp(x, ±range)
@@ -11,24 +11,24 @@ use linkwork_runtime::prelude::*;
 /// Errors, range and converter.
 #[derive(Params, Clone, Debug)]
 pub struct CurrentParams {
-    /// Greatest current that it shows, both ways; default: no limit. A converter needs it.
+    /// Greatest current in both directions that it measures; default: no limit. A converter needs it.
     #[param(unit = "A", range = 1e-9..)]
     pub range: Option<f64>,
     /// Error that stays.
     #[param(unit = "A", default = 0.0)]
     pub offset: f64,
-    /// Error in proportion to the current.
+    /// Error proportional to the current.
     #[param(default = 0.0, range = -0.5..=0.5)]
     pub gain_error: f64,
     /// Standard deviation, a sample.
     #[param(unit = "A", default = 0.0, range = 0.0..)]
     pub sigma: f64,
-    /// Bits of the converter over the whole range; as fine as numbers are where it is not written.
+    /// Bits of the converter over the whole range; default: no quantization.
     #[param(default = None)]
     pub bits: Option<u32>,
 }
 
-/// What it measures.
+/// The measured current.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct CurrentIn {
     /// The current.
@@ -50,11 +50,11 @@ pub struct CurrentOut {
 /// A current sensor.
 pub struct Current {
     p: CurrentParams,
-    /// One step of the converter (A), and codes below zero.
+    /// One step of the converter (A), and number of codes below zero.
     converter: Option<(f64, f64)>,
 }
 
-/// Current with offset, error of gain, noise, range and the steps of a converter; sampled.
+/// Current with offset, gain error, noise, range and quantization; sampled.
 #[model("sensors.current")]
 impl Model for Current {
     type Params = CurrentParams;
@@ -62,17 +62,16 @@ impl Model for Current {
     type FeedthroughOutputs = CurrentOut;
     fn build(p: CurrentParams) -> Result<Self, BuildError> {
         if let Some(bits) = p.bits.filter(|b| !(1..=32).contains(b)) {
-            let fact = format!("a converter of {bits} bits");
-            return Err(BuildError::new(fact).help("write 1 to 32, or leave it out").at("bits"));
+            let fact = format!("a converter with {bits} bits is not supported");
+            return Err(BuildError::new(fact).help("write 1 to 32, or remove `bits`").at("bits"));
         }
         let half = p.bits.map(|bits| 2f64.powi(bits.cast_signed() - 1));
         let converter = match (half, p.range) {
             (None, _) => None,
             (Some(half), Some(range)) => Some((range / half, half)),
             (Some(_), None) => {
-                let fact = "a converter has steps of its range, and `range` is not written";
-                let help =
-                    "write the greatest current, such as range: \"20 A\", or leave `bits` out";
+                let fact = "`bits` is written, but `range` is not written, which determines the resolution of the converter";
+                let help = "write the greatest current, such as range: \"20 A\", or remove `bits`";
                 return Err(BuildError::new(fact).help(help).at("bits"));
             }
         };

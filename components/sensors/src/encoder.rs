@@ -2,7 +2,7 @@
 //! ```text
 //! count = floor(ticks · gear · q/2π),   angle = 2π count/(ticks · gear),   rate = Δangle/Δt
 //! ```
-//! The first sample counts from where the shaft was a sample earlier at its present rate, so that it reads a rate as all others do.
+//! The first sample assumes that the shaft has turned at its present rate for one sample, so that its rate is as correct as that of all others.
 
 use linkwork_runtime::prelude::*;
 use std::f64::consts::TAU;
@@ -10,10 +10,10 @@ use std::f64::consts::TAU;
 /// Resolution.
 #[derive(Params, Clone, Debug)]
 pub struct EncoderParams {
-    /// Ticks for each turn of the encoder.
+    /// Ticks per turn of the encoder.
     #[param(default = 1024.0, range = 1.0..)]
     pub ticks: f64,
-    /// Turns of the encoder for each turn of the shaft.
+    /// Turns of the encoder per turn of the shaft.
     #[param(default = 1.0, range = 1e-6..)]
     pub gear: f64,
 }

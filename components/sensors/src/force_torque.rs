@@ -1,37 +1,37 @@
-//! `sensors.force_torque`: force and moment through a hinge, as a sensor between a wrist and a tool or between a leg and a foot measures them.
+//! `sensors.force_torque`: force and moment through a hinge, as measured by a sensor between a wrist and a tool or between a leg and a foot.
 //! ```text
 //! reading = clamp((f, n) + offset + noise, ±range)      f, n: force and moment on the body through its hinge, about the origin and in the
 //!                                                       axes of the hinge's frame on the body
 //! ```
 //! Bind `tool` to the body that the sensor carries. Its hinge may be of any kind; a locked one needs `reaction: true`, so that the tool stays a separate body.
-//! All that acts outboard of the hinge is in the reading: weight, inertia, contacts, loops, other parts.
+//! The reading includes all loads outboard of the hinge: weight, inertia, contacts, loops, other parts.
 
 use linkwork_runtime::prelude::*;
 
 /// Errors of the sensor.
 #[derive(Params, Clone, Debug)]
 pub struct ForceTorqueParams {
-    /// Greatest force that it shows on each axis; default: no limit.
+    /// Greatest force on each axis that it measures; default: no limit.
     #[param(unit = "N", range = 1e-9..)]
     pub force_range: Option<f64>,
-    /// Greatest moment that it shows about each axis; default: no limit.
+    /// Greatest moment about each axis that it measures; default: no limit.
     #[param(unit = "N m", range = 1e-9..)]
     pub moment_range: Option<f64>,
-    /// Error of the force that stays, N.
+    /// Constant error of the force, N.
     #[param(default = [0.0, 0.0, 0.0])]
     pub force_offset: [f64; 3],
-    /// Error of the moment that stays, N m.
+    /// Constant error of the moment, N m.
     #[param(default = [0.0, 0.0, 0.0])]
     pub moment_offset: [f64; 3],
-    /// Standard deviation of the force on each axis, a sample.
+    /// Standard deviation of the force on each axis per sample.
     #[param(unit = "N", default = 0.0, range = 0.0..)]
     pub force_sigma: f64,
-    /// Standard deviation of the moment about each axis, a sample.
+    /// Standard deviation of the moment about each axis per sample.
     #[param(unit = "N m", default = 0.0, range = 0.0..)]
     pub moment_sigma: f64,
 }
 
-/// What the sensor carries.
+/// Load of the hinge.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ForceTorqueIn {
     /// Load of the hinge of the body that the sensor carries.

@@ -1,4 +1,4 @@
-//! `sensors.hinge_load`: force and moment through a hinge as they are, for controllers that are tried before there is an instrument.
+//! `sensors.hinge_load`: exact force and moment through a hinge, for controllers that are tested without an instrument.
 //! ```text
 //! force   Rᵀ f        moment   Rᵀ (n − p × f)        f, n: force and moment on the body through its hinge, about the origin and in the axes
 //!                                                     of the hinge's frame on the body; p, R: the sensor's frame in that frame
@@ -19,7 +19,7 @@ pub struct HingeLoadParams {
     pub attitude: [f64; 4],
 }
 
-/// What the sensor carries.
+/// Load of the hinge.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct HingeLoadIn {
     /// Load of the hinge of the body that the sensor carries.
@@ -53,12 +53,12 @@ impl Model for HingeLoadSensor {
     fn build(p: HingeLoadParams) -> Result<Self, BuildError> {
         let square: f64 = p.attitude.iter().map(|x| x * x).sum();
         if !((square - 1.0).abs() < 1e-6) {
-            let fact = format!("the length of the quaternion is {}", square.sqrt());
+            let fact = format!("the length of the quaternion is {}, not 1", square.sqrt());
             let help = "write a unit quaternion x, y, z, w";
             return Err(BuildError::new(fact).help(help).at("attitude"));
         }
         if !p.position.iter().all(|x| x.is_finite()) {
-            let fact = format!("the position is {:?} m", p.position);
+            let fact = format!("the position is {:?} m, which is not finite", p.position);
             return Err(BuildError::new(fact).help("write finite numbers").at("position"));
         }
         let [x, y, z, w] = p.attitude;
@@ -78,7 +78,7 @@ impl Model for HingeLoadSensor {
 mod tests {
     use super::*;
 
-    /// A force of 2 N along y at x = 0.3 m, read at x = 0.1 m in axes that are turned by 90° about z.
+    /// A force of 2 N along y at x = 0.3 m, measured at x = 0.1 m in axes that are rotated by 90° about z.
     #[test]
     fn a_force_is_read_about_the_sensor_in_its_axes() {
         let half = std::f64::consts::FRAC_1_SQRT_2;

@@ -9,8 +9,8 @@
 //! ```
 //! y_k = y_(k−1) + (1 − e^(−2π B Δt)) (m_k − y_(k−1)),  y_0 = m_0      with a `bandwidth` B: a digital low-pass of first order
 //! reading = clamp(y, ±range), to the next multiple of the resolution
-//! At rest the accelerometer reads +g upwards. Turn-on bias and scale error of each axis are drawn from their spreads by the run's seed, and are in
-//! the first sample as in all others.
+//! At rest the accelerometer reads +g upwards. Turn-on bias and scale error of each axis are drawn from their standard deviations with the run's
+//! seed, and affect all samples from the first one on.
 
 use linkwork_runtime::prelude::*;
 
@@ -45,12 +45,12 @@ pub struct Errors {
 /// Standard gravity, m/s².
 const G: f64 = 9.80665;
 
-/// Lowest point of the Allan deviation over the instability, √(2 ln 2/π).
+/// Ratio of the lowest point of the Allan deviation to the instability, √(2 ln 2/π).
 const FLAT: f64 = 0.664_282_470_3;
 
 /// Errors of the gyroscopes (rad/s) and the accelerometers (m/s²) of a grade. They are typical values for the class, not values of a
-/// data sheet. The bias that is drawn when the unit is turned on and the stability in a run, which is the lowest point of the Allan
-/// deviation, are two numbers: for MEMS the first is a hundred times the second. The grades `ln200s` and `mimu` have no instability.
+/// data sheet. The bias that is drawn when the unit is turned on differs from the stability in a run, which is the lowest point of the Allan
+/// deviation; for MEMS the first is a hundred times the second. The grades `ln200s` and `mimu` have no instability.
 pub fn errors_of(grade: Grade) -> (Errors, Errors) {
     let none = Errors::default();
     let per_root_hour = 1f64.to_radians() / 60.0;
@@ -102,7 +102,7 @@ pub struct ImuParams {
     /// Random walk of the gyroscopes' bias, rad/s/√s.
     #[param(default = None, range = 0.0..)]
     pub gyro_walk: Option<f64>,
-    /// Instability of the gyroscopes' bias: the flat part of its Allan deviation is 0.664 of it.
+    /// Instability of the gyroscopes' bias; the flat part of its Allan deviation is 0.664 times this value.
     #[param(unit = "rad/s", default = None, range = 0.0..)]
     pub gyro_instability: Option<f64>,
     /// White noise of the accelerometers, m/s²/√Hz.
@@ -114,19 +114,19 @@ pub struct ImuParams {
     /// Instability of the accelerometers' bias.
     #[param(unit = "m/s^2", default = None, range = 0.0..)]
     pub accel_instability: Option<f64>,
-    /// Greatest turn rate that an axis shows; default: no limit.
+    /// Greatest turn rate that an axis measures; default: no limit.
     #[param(unit = "rad/s", range = 1e-9..)]
     pub gyro_range: Option<f64>,
-    /// Greatest specific force that an axis shows; default: no limit.
+    /// Greatest specific force that an axis measures; default: no limit.
     #[param(unit = "m/s^2", range = 1e-9..)]
     pub accel_range: Option<f64>,
-    /// Step of the turn rates, or of the angles of `imu_increments`; 0: none.
+    /// Resolution of the turn rates, or of the angles of `imu_increments`; 0: no quantization.
     #[param(default = 0.0, range = 0.0..)]
     pub gyro_resolution: f64,
-    /// Step of the specific forces (m/s²), or of the velocities of `imu_increments` (m/s); 0: none.
+    /// Resolution of the specific forces (m/s²), or of the velocities of `imu_increments` (m/s); 0: no quantization.
     #[param(default = 0.0, range = 0.0..)]
     pub accel_resolution: f64,
-    /// Frequency at which the low-pass of the samples has lost 3 dB; default: no filter. `imu_increments` has no such filter.
+    /// Frequency at which the low-pass filter of the samples attenuates by 3 dB; default: no filter. `imu_increments` has no such filter.
     #[param(unit = "1/s")]
     pub bandwidth: Option<f64>,
     /// Misalignment of both triads as a small rotation in the sensor's frame.
@@ -135,7 +135,7 @@ pub struct ImuParams {
     /// Gravity.
     #[param(service)]
     pub gravity: Handle<dyn Gravity>,
-    /// The world: gyroscopes measure the rotation of a site that W may be.
+    /// The world; if W is a rotating site, gyroscopes measure its rotation, too.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
 }
@@ -168,10 +168,10 @@ pub struct ImuOut {
 /// Biases and filters.
 #[derive(State, Clone, Copy, Debug)]
 pub struct ImuState {
-    /// Walk of the gyroscopes' bias.
+    /// Random walk of the gyroscopes' bias.
     #[port("rad/s")]
     pub gyro: Vec3,
-    /// Walk of the accelerometers' bias.
+    /// Random walk of the accelerometers' bias.
     #[port("m/s^2")]
     pub accel: Vec3,
     /// Parts of the instability of both triads, by time constant, in units of its spread.
@@ -186,10 +186,10 @@ pub struct ImuState {
     /// These have been drawn.
     #[port("1")]
     pub drawn: bool,
-    /// Turn rate behind the low-pass.
+    /// Turn rate after the low-pass filter.
     #[port("rad/s")]
     pub smooth_rate: Vec3,
-    /// Specific force behind the low-pass.
+    /// Specific force after the low-pass filter.
     #[port("m/s^2")]
     pub smooth_force: Vec3,
 }
@@ -230,14 +230,14 @@ impl Triads {
         Triads { turning: site.map_or(Vec3::zeros(), |s| s.omega()), p, gyro, accel }
     }
 
-    /// Turn rate against inertial space (rad/s) and specific force (m/s²), sensor's frame.
+    /// Returns turn rate relative to inertial space (rad/s) and specific force (m/s²), sensor's frame.
     fn truth(&self, t: f64, u: &ImuIn) -> (Vec3, Vec3) {
         let to_sensor = u.mount.rotation.inverse();
         let gravity = self.p.gravity.free_fall(t, u.mount.position, u.mount.velocity);
         (to_sensor * (u.mount.angular + self.turning), to_sensor * (u.motion.linear - gravity))
     }
 
-    /// The state at a sample: at the first one, what lasts is drawn.
+    /// Returns the state at a sample; at the first sample the constant errors are drawn.
     pub(crate) fn drawn(&self, c: &Clock, d: &ImuState) -> ImuState {
         if d.drawn {
             return *d;
@@ -255,7 +255,7 @@ impl Triads {
         }
     }
 
-    /// What both triads feel without white noise, rad/s and m/s².
+    /// Returns the outputs of both triads without white noise, rad/s and m/s².
     pub(crate) fn felt(&self, t: f64, d: &ImuState, u: &ImuIn) -> (Vec3, Vec3) {
         let (rate, force) = self.truth(t, u);
         let bias = |e: &Errors, walk: Vec3, triad: usize| {
@@ -276,7 +276,7 @@ impl Triads {
         )
     }
 
-    /// White noise of both triads as a mean over a sample, rad/s and m/s².
+    /// Returns the white noise of both triads as a mean over a sample, rad/s and m/s².
     pub(crate) fn noise(&self, c: &Clock) -> (Vec3, Vec3) {
         let of = |e: &Errors, lane: u32| match e.white > 0.0 && c.dt > 0.0 {
             true => normals(c, lane) * (e.white / c.dt.sqrt()),
@@ -285,7 +285,7 @@ impl Triads {
         (of(&self.gyro, 0), of(&self.accel, 3))
     }
 
-    /// Turn rate (rad/s) and specific force (m/s²) of a sample behind the low-pass, before range and resolution.
+    /// Returns turn rate (rad/s) and specific force (m/s²) of a sample after the low-pass filter, before range and resolution.
     fn smooth(&self, c: &Clock, d: &ImuState, u: &ImuIn) -> (Vec3, Vec3) {
         let now = self.drawn(c, d);
         let ((rate, force), (a, b)) = (self.felt(c.t, &now, u), self.noise(c));
@@ -297,14 +297,14 @@ impl Triads {
         (through(d.smooth_rate, rate), through(d.smooth_force, force))
     }
 
-    /// Within the ranges; whether both were.
+    /// Limits the readings to their ranges; returns also whether both were within.
     pub(crate) fn limited(&self, rate: Vec3, force: Vec3) -> (Vec3, Vec3, bool) {
         let cut = |v: Vec3, most: Option<f64>| most.map_or(v, |m| v.map(|x| x.clamp(-m, m)));
         let (a, b) = (cut(rate, self.p.gyro_range), cut(force, self.p.accel_range));
         (a, b, a != rate || b != force)
     }
 
-    /// To the next multiples of the resolutions.
+    /// Rounds the readings to multiples of the resolutions.
     pub(crate) fn stepped(&self, rate: Vec3, force: Vec3) -> (Vec3, Vec3) {
         let step = |v: Vec3, q: f64| if q > 0.0 { v.map(|x| (x / q).round() * q) } else { v };
         (step(rate, self.p.gyro_resolution), step(force, self.p.accel_resolution))
@@ -346,7 +346,7 @@ impl Model for Imu {
     type DiscreteState = ImuState;
     fn build(p: ImuParams) -> Result<Self, BuildError> {
         if p.bandwidth.is_some_and(|b| !(b > 0.0)) {
-            let help = "write a frequency above 0, such as \"100 Hz\", or leave it out";
+            let help = "write a frequency above 0, such as \"100 Hz\", or remove `bandwidth`";
             return Err(BuildError::new("the bandwidth is not above 0").help(help).at("bandwidth"));
         }
         Ok(Imu { triads: Triads::new(p) })
@@ -397,7 +397,7 @@ pub(crate) mod tests {
         ImuIn { mount: NodeState::identity(), motion }
     }
 
-    /// Stationary series of the gyro's x axis.
+    /// Returns a stationary series of the gyro's x axis.
     fn series(imu: &Imu, n: u64, dt: f64) -> Vec<f64> {
         let mut d = ImuState::zero();
         (0..n)
@@ -410,7 +410,7 @@ pub(crate) mod tests {
             .collect()
     }
 
-    /// Overlapping Allan deviation over clusters of `m` samples.
+    /// Returns the overlapping Allan deviation over clusters of `m` samples.
     fn allan(y: &[f64], m: usize) -> f64 {
         let mut sums = vec![0.0];
         for v in y {
@@ -467,7 +467,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// Reference: σ² = (2 ln 2/π) B², whatever the cluster.
+    /// Reference: σ² = (2 ln 2/π) B² for every cluster time.
     #[test]
     fn instability_has_a_flat_allan_deviation() {
         let b = 3e-5;
@@ -505,7 +505,8 @@ pub(crate) mod tests {
         assert!(y[0] != 0.0 && y[0].abs() < 5.0 * one && y[0] == y[5] && y[5] == y[9], "{y:?}");
     }
 
-    /// A sine passes with 1/√2 of its amplitude at the bandwidth; white noise of the density N on both sides of zero has the deviation N √(π B) behind it.
+    /// A sine passes with 1/√2 of its amplitude at the bandwidth; white noise of the two-sided density N has the standard deviation N √(π B) after
+    /// the filter.
     #[test]
     fn a_bandwidth_takes_what_is_fast() {
         let (dt, B, white) = (1e-4, 20.0, 1e-3);

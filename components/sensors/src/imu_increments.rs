@@ -1,16 +1,17 @@
-//! `sensors.imu_increments`: an inertial unit that integrates: angles and velocities gained from sample to sample, as strapdown navigation takes them.
+//! `sensors.imu_increments`: an integrating inertial unit: increments of angle and velocity from sample to sample, for strapdown navigation.
 //! ```text
 //! Δθ = ∫ m_g dt,  Δv = ∫ m_a dt        over the sample that ends now; m_g, m_a: what the triads feel, sensor's frame, with all errors of `sensors.imu`
 //! n ~ N √Δt                            white noise of density N: random walk of the angle and of the velocity
 //! ```
-//! The integrals are states of the run's integrator, so that they hold what happens within a sample. The components of an increment are not a
+//! The integrals are states of the run's integrator, so that they include the motion within a sample. The components of an increment are not a
 //! rotation vector. Navigation software must correct coning (∫ ω × ∫ω) and sculling (a force that rotates with the unit), as with a real unit:
 //! ```text
 //! two samples 1, 2:   θ = Δθ₁ + Δθ₂, v = Δv₁ + Δv₂
 //!                     turn θ + ⅔ Δθ₁ × Δθ₂
 //!                     gain v + ½ θ × v + ⅙ θ × (θ × v) + ⅔ (Δθ₁ × Δv₂ + Δv₁ × Δθ₂)      in axes of the beginning
 //! ```
-//! Between samples the outputs grow from the noise to the next increment; what reads them at its own ticks of the same rate has whole ones.
+//! Between samples the outputs grow from the noise to the next increment; a part that reads them at ticks of the same rate receives complete
+//! increments.
 
 use crate::imu::{ImuIn, ImuParams, ImuState, Triads};
 use linkwork_runtime::prelude::*;
@@ -26,13 +27,13 @@ pub struct IncrementsOut {
     pub velocity: Vec3,
 }
 
-/// The integrals since the beginning.
+/// The integrals since the start.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Integrals {
-    /// Of the turn rate.
+    /// Integral of the turn rate.
     #[port("rad")]
     pub angle: Vec3,
-    /// Of the specific force.
+    /// Integral of the specific force.
     #[port("m/s")]
     pub velocity: Vec3,
 }
@@ -57,19 +58,19 @@ pub struct Sampled {
     pub velocity_noise: Vec3,
 }
 
-/// An inertial unit that integrates.
+/// An integrating inertial unit.
 pub struct ImuIncrements {
     triads: Triads,
 }
 
 impl ImuIncrements {
-    /// The integrals with their noise, in steps: a later increment holds the remainder of a step.
+    /// Returns the integrals with their noise, rounded to steps; the remainder is included in a later increment.
     fn counts(&self, x: &Integrals, d: &Sampled) -> (Vec3, Vec3) {
         self.triads.stepped(x.angle + d.angle_noise, x.velocity + d.velocity_noise)
     }
 }
 
-/// Gyroscopes and accelerometers that give increments of angle and velocity from sample to sample.
+/// Gyroscopes and accelerometers that output increments of angle and velocity from sample to sample.
 #[model("sensors.imu_increments")]
 impl Model for ImuIncrements {
     type Params = ImuParams;
@@ -79,8 +80,8 @@ impl Model for ImuIncrements {
     type DiscreteState = Sampled;
     fn build(p: ImuParams) -> Result<Self, BuildError> {
         if p.bandwidth.is_some() {
-            let fact = "a unit that integrates has no low-pass of its samples";
-            let help = "leave `bandwidth` out, or use `sensors.imu`";
+            let fact = "`bandwidth` is written, but an integrating unit has no low-pass filter for its samples";
+            let help = "remove `bandwidth`, or use `sensors.imu`";
             return Err(BuildError::new(fact).help(help).at("bandwidth"));
         }
         Ok(ImuIncrements { triads: Triads::new(p) })

@@ -1,4 +1,4 @@
-//! `sensors.inclinometer`: roll and pitch of its mount against the vertical that it feels.
+//! `sensors.inclinometer`: roll and pitch of its mount relative to the measured vertical.
 //! ```text
 //! f = Rᵀ(a − g)                       specific force in the node's axes
 //! roll = atan2(f_y, f_z)              turn about x; with y up positive
@@ -6,7 +6,7 @@
 //! reading = clamp(angle + offset + n, ±range)      n ~ N(0, σ²)
 //! ```
 //! At rest these are the angles of R = R_z R_y(pitch) R_x(roll). While the mount accelerates, the measured vertical differs from the direction of
-//! gravity: 1 m/s² is 5.8° on Earth, 15° on Mars. Roll is not defined where x is vertical.
+//! gravity: 1 m/s² is 5.8° on Earth, 15° on Mars. Roll is undefined if x is vertical.
 
 use linkwork_runtime::prelude::*;
 use std::f64::consts::PI;
@@ -14,13 +14,13 @@ use std::f64::consts::PI;
 /// Errors and range.
 #[derive(Params, Clone, Debug)]
 pub struct InclinometerParams {
-    /// Standard deviation of each angle, a sample.
+    /// Standard deviation of each angle per sample.
     #[param(unit = "rad", default = 0.0, range = 0.0..)]
     pub sigma: f64,
-    /// Error of roll and pitch that stays.
+    /// Constant error of roll and pitch.
     #[param(unit = "rad", default = [0.0, 0.0])]
     pub offset: [f64; 2],
-    /// Greatest angle that it shows, to both sides.
+    /// Greatest angle in both directions that it measures.
     #[param(unit = "rad", default = PI, range = 1e-6..=PI)]
     pub range: f64,
     /// Gravity.
@@ -58,7 +58,7 @@ pub struct Inclinometer {
     p: InclinometerParams,
 }
 
-/// Roll and pitch against the vertical that it feels, with noise, offset and range; sampled.
+/// Roll and pitch relative to the measured vertical, with noise, offset and range; sampled.
 #[model("sensors.inclinometer")]
 impl Model for Inclinometer {
     type Params = InclinometerParams;

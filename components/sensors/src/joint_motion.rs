@@ -1,4 +1,4 @@
-//! `sensors.joint_motion`: angle and rate of a joint as they are, for controllers that are tried before there is an encoder.
+//! `sensors.joint_motion`: exact angle and rate of a joint, for controllers that are tested without an encoder.
 
 use linkwork_runtime::prelude::*;
 

@@ -78,7 +78,7 @@ impl SizedModel for LidarSensor {
         let count = (p.columns as usize * p.rows as usize).min(BEAMS_MAX as usize);
         let range = PortSpec::named("range", PortKind::Numbers, count)
             .unit_of("m")
-            .doc_of("Range of each beam, the rows of a column together; 0 without an echo.");
+            .doc_of("Range of each beam, column by column, with all rows of a column in sequence; 0 without an echo.");
         let echoes = PortSpec::named("echoes", PortKind::Numbers, 1)
             .unit_of("1")
             .doc_of("Number of beams with an echo.");

@@ -92,7 +92,7 @@ impl Model for Magnetometer {
     fn build(p: MagnetometerParams) -> Result<Self, BuildError> {
         if p.scale.iter().any(|s| !(s.abs() < 1.0)) {
             return Err(BuildError::new("a scale error is not within ± 1")
-                .help("it is relative: 0.01 for one in a hundred")
+                .help("scale errors are relative: 0.01 means 1 %")
                 .at("scale"));
         }
         Ok(Magnetometer { p })

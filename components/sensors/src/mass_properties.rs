@@ -1,15 +1,16 @@
-//! `sensors.mass_properties`: mass, centre of mass and inertia of a whole vehicle as they are: for software that knows them, for figures and logs.
+//! `sensors.mass_properties`: exact mass, centre of mass and inertia of a whole vehicle, for control software that knows them, for metrics and for
+//! logs.
 //! ```text
 //! vehicle    all bodies that hang on the same body of the world as the node's body, with the mass that tanks and other parts add
 //! ```
-//! Bodies that only a loop joins to them are not part of the vehicle.
+//! Bodies that are connected only by a loop are not part of the vehicle.
 
 use linkwork_runtime::prelude::*;
 
 /// The vehicle.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct MassPropertiesIn {
-    /// A node of the vehicle, from which and in whose axes the numbers are.
+    /// Node of the vehicle; the outputs are relative to it, in its axes.
     #[port(bind = "node")]
     pub vehicle: VehicleMass,
 }
@@ -20,7 +21,7 @@ pub struct MassPropertiesOut {
     /// Mass.
     #[port("kg")]
     pub mass: f64,
-    /// Centre of mass from the node, its axes.
+    /// Centre of mass relative to the node, axes of the node.
     #[port("m")]
     pub centre: Vec3,
     /// Moments of inertia xx, yy, zz about the centre of mass, axes of the node.

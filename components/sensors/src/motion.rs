@@ -1,4 +1,4 @@
-//! `sensors.motion`: the motion of a node as it is, for controllers that are tried before there is an estimator.
+//! `sensors.motion`: the exact motion of a node, for controllers that are tested without an estimator.
 //! ```text
 //! rate, body velocity in the node's axes:  Rᵀ ω_W,  Rᵀ v_W        axes of the node in W: columns of R
 //! ```

@@ -43,10 +43,10 @@ pub struct PoseOut {
     /// Angle of the deck to the horizontal.
     #[port("rad")]
     pub tilt: f64,
-    /// Turn about x; with y up positive.
+    /// Rotation about x; positive if y points up.
     #[port("rad")]
     pub roll: f64,
-    /// Turn about y; with x down positive.
+    /// Rotation about y; positive if x points down.
     #[port("rad")]
     pub pitch: f64,
     /// Speed along the node's x axis.

@@ -1,10 +1,10 @@
-//! `sensors.potentiometer`: absolute angle of a joint by a resistive track and a converter.
+//! `sensors.potentiometer`: absolute angle of a joint, measured by a resistive track and a converter.
 //! ```text
 //! x = (q + n − lower)/(upper − lower)          n ~ N(0, σ²);  x within 0 … 1: beyond the ends of the track the wiper stays at them
 //! code = round(x · 2^bits), 2^bits − 1 at most    without `bits` every x
 //! angle = lower + (upper − lower) · code/2^bits
 //! ```
-//! The middle of the track is a code, so that the middle of a symmetric track reads zero; the greatest angle is one step below the upper end.
+//! One code is at the middle of the track, so that the middle of a symmetric track reads zero; the greatest angle is one step below the upper end.
 
 use linkwork_runtime::prelude::*;
 
@@ -17,10 +17,10 @@ pub struct PotentiometerParams {
     /// Angle at the upper end of the track.
     #[param(unit = "rad", default = 2.967)]
     pub upper: f64,
-    /// Bits of the converter; as fine as numbers are where it is not written.
+    /// Bits of the converter; default: no quantization.
     #[param(default = None)]
     pub bits: Option<u32>,
-    /// Standard deviation of the wiper's noise, a sample.
+    /// Standard deviation of the wiper's noise per sample.
     #[param(unit = "rad", default = 0.0, range = 0.0..)]
     pub sigma: f64,
 }
@@ -39,7 +39,7 @@ pub struct PotentiometerOut {
     /// Angle of the code.
     #[port("rad")]
     pub angle: f64,
-    /// Place of the wiper on the track, 0 to 1, as converted.
+    /// Converted position of the wiper on the track, 0 to 1.
     #[port("1")]
     pub ratio: f64,
     /// The joint is on the track.
@@ -50,11 +50,11 @@ pub struct PotentiometerOut {
 /// A potentiometer.
 pub struct Potentiometer {
     p: PotentiometerParams,
-    /// Steps of the converter over the track.
+    /// Number of steps of the converter over the track.
     steps: Option<f64>,
 }
 
-/// Absolute angle of a joint within the ends of a track, with noise, in steps of a converter; sampled.
+/// Absolute angle of a joint within the ends of a track, with noise and quantization; sampled.
 #[model("sensors.potentiometer")]
 impl Model for Potentiometer {
     type Params = PotentiometerParams;
@@ -62,12 +62,17 @@ impl Model for Potentiometer {
     type FeedthroughOutputs = PotentiometerOut;
     fn build(p: PotentiometerParams) -> Result<Self, BuildError> {
         if !(p.upper > p.lower) || !(p.upper - p.lower).is_finite() {
-            let fact = format!("the track ends at {} rad and begins at {} rad", p.upper, p.lower);
-            return Err(BuildError::new(fact).help("write `lower` below `upper`").at("upper"));
+            let fact = format!(
+                "`upper` is {} rad, but it must be above `lower` = {} rad",
+                p.upper, p.lower
+            );
+            return Err(BuildError::new(fact)
+                .help("write finite angles, with `lower` below `upper`")
+                .at("upper"));
         }
         if let Some(bits) = p.bits.filter(|b| !(1..=32).contains(b)) {
-            let fact = format!("a converter of {bits} bits");
-            return Err(BuildError::new(fact).help("write 1 to 32, or leave it out").at("bits"));
+            let fact = format!("a converter with {bits} bits is not supported");
+            return Err(BuildError::new(fact).help("write 1 to 32, or remove `bits`").at("bits"));
         }
         let steps = p.bits.map(|bits| 2f64.powi(bits.cast_signed()));
         Ok(Potentiometer { p, steps })

@@ -4,7 +4,7 @@
 //! overlap      the nearest point of the rectangle is within D/2 of the rock's centre
 //! highest      height of the highest rock that a rectangle has overlapped       touched: number of overlapped rocks that are higher than `clearance`
 //! ```
-//! The rocks are those that the terrain lists, as `environment.generated_terrain` does. Maps from files list none; a rock there is part of the
+//! The rocks are those that the terrain lists, as `environment.generated_terrain` does. Maps from files list no rocks; their rocks are part of the
 //! ground. A wheel's axle is its y axis, so that its rectangle does not rotate with the wheel.
 
 use linkwork_runtime::Lane;

@@ -22,13 +22,13 @@ pub struct SolarClockParams {
     pub world: Handle<dyn World>,
 }
 
-/// Position of the Sun over the site.
+/// Position of the Sun at the site.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct SolarClockOut {
     /// Elevation of the Sun above the horizontal.
     #[port("rad")]
     pub elevation: f64,
-    /// Azimuth of the sun, from north over east, −π to π.
+    /// Azimuth of the Sun, from north towards east, −π to π.
     #[port("rad")]
     pub azimuth: f64,
     /// Local true solar time since midnight, 0 to 86400 s: each hour, a twenty-fourth of a solar day, counts as 3600 s.
@@ -48,7 +48,7 @@ pub struct SolarClock {
     north: Vec3,
 }
 
-/// Elevation, azimuth and local true solar time of the sun over a site.
+/// Elevation and azimuth of the Sun at a site, and local true solar time.
 #[model("sensors.solar_clock")]
 impl Model for SolarClock {
     type Params = SolarClockParams;
@@ -86,7 +86,7 @@ mod tests {
     use super::*;
     use std::sync::Arc;
 
-    /// A Sun at a declination and hour angle (rad) over a latitude.
+    /// A Sun at a declination and hour angle (rad), seen from a latitude.
     struct At(f64, f64, f64);
     impl Sun for At {
         fn state(&self, _: f64) -> SunState {

@@ -1,4 +1,4 @@
-//! `sensors.specific_force`: the specific force at a node as it is, for controllers that are tried before there is an inertial unit.
+//! `sensors.specific_force`: the exact specific force at a node, for controllers that are tested without an inertial measurement unit.
 //! ```text
 //! f = Rᵀ (a − g)      a: acceleration of the node, g: of free fall there; 0 without gravity
 //! ```

@@ -1,10 +1,10 @@
-//! `sensors.star_tracker`: attitude of its body against the stars, with noise, while it turns slowly.
+//! `sensors.star_tracker`: attitude of its body relative to the stars, with noise, while the body rotates slowly.
 //! ```text
 //! q_s = R_IW q exp(n)      n ~ N(0, σ²) about each axis of the node: x, y across the boresight z, and z about it
 //! fix                      |ω| ≤ rate_max: faster, stars are streaks; ω: inertial rate
 //! ```
-//! I has the axes of the catalogue of stars. W is I, or a site of a planet that rotates in I: about its z, from `angle` on, with `turns: fixed`,
-//! and as in the ICRF with `turns: iau`. Planets, Moon and Sun in the field of view are not looked for.
+//! I has the axes of the catalogue of stars. W is I, or a site on a planet that rotates in I: with `turns: fixed` about its z from `angle` on, with
+//! `turns: iau` as in the ICRF. Planets, Moon and Sun in the field of view have no effect.
 
 use linkwork_runtime::prelude::*;
 
@@ -25,7 +25,7 @@ pub struct StarTrackerParams {
 /// The mount.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct StarTrackerIn {
-    /// Node with the axes of the body whose attitude is wanted; z is the boresight.
+    /// Node whose attitude is measured; its z axis is the boresight.
     #[port(bind = "mount")]
     pub mount: NodeState,
 }
@@ -33,10 +33,10 @@ pub struct StarTrackerIn {
 /// Reading.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct StarTrackerOut {
-    /// Attitude against the stars, node to I; without a fix the identity.
+    /// Attitude relative to the stars, node to I; without a fix the identity.
     #[port]
     pub attitude: Quat,
-    /// Attitude from node axes to W, for software that knows its site and the time; equal to the other attitude where W is inertial.
+    /// Attitude from node axes to W, for software that knows its site and the time; equal to the other attitude if W is inertial.
     #[port]
     pub in_world: Quat,
     /// The attitude is a measurement.
@@ -50,7 +50,7 @@ pub struct StarTracker {
     site: Option<Site>,
 }
 
-/// Attitude against the stars with white noise, without a fix above a rate; sampled.
+/// Attitude relative to the stars with white noise, without a fix above a rate; sampled.
 #[model("sensors.star_tracker")]
 impl Model for StarTracker {
     type Params = StarTrackerParams;
@@ -59,7 +59,7 @@ impl Model for StarTracker {
     fn build(p: StarTrackerParams) -> Result<Self, BuildError> {
         if p.sigma.iter().any(|s| !(*s >= 0.0)) {
             return Err(BuildError::new("a standard deviation is below 0")
-                .help("write three numbers from 0 up")
+                .help("write three values of 0 or more")
                 .at("sigma"));
         }
         let site = p.world.as_ref().and_then(|w| w.axes().site());

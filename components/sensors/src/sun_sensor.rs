@@ -1,7 +1,8 @@
-//! `sensors.sun_sensor`: direction of the sun in the sensor's frame, when it can be seen.
+//! `sensors.sun_sensor`: direction of the Sun in the sensor's frame, while it is visible.
 //!
-//! The boresight is the sensor's z axis. Visible: inside the cone of view, not hidden by the horizon or a body of the world
-//! (see [`Sun::light`]), and no terrain on the ray (marched with growing steps up to `shadow_range`). Noise turns the direction by two small angles.
+//! The boresight is the sensor's z axis. The Sun is visible inside the cone of view if neither the horizon nor a body of the world hides it (see
+//! [`Sun::light`]) and no terrain is on the ray, which is sampled with growing steps up to `shadow_range`. Noise rotates the direction by two small
+//! angles.
 
 use linkwork_runtime::prelude::*;
 
@@ -11,16 +12,16 @@ pub struct SunSensorParams {
     /// Half angle of the cone of view.
     #[param(unit = "rad", default = 1.05, range = 0.0..=3.15)]
     pub half_angle: f64,
-    /// Standard deviation of the direction, each of two axes.
+    /// Standard deviation of the direction about each of two axes.
     #[param(unit = "rad", default = 0.0175, range = 0.0..)]
     pub sigma: f64,
-    /// Length of the ray that looks for terrain; 0: no shadows.
+    /// Length of the ray that is tested for terrain; 0: no shadows.
     #[param(unit = "m", default = 200.0, range = 0.0..)]
     pub shadow_range: f64,
     /// The sun.
     #[param(service)]
     pub sun: Handle<dyn Sun>,
-    /// The ground that may stand before the sun, when there is one.
+    /// The ground that may hide the Sun (optional).
     #[param(service)]
     pub terrain: Option<Handle<dyn Terrain>>,
     /// The world, for the horizon.
@@ -39,13 +40,14 @@ pub struct SunSensorIn {
 /// Reading.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct SunSensorOut {
-    /// Unit vector to the sun in the sensor's frame; zero when it is not seen.
+    /// Unit vector to the Sun in the sensor's frame; zero when it is not visible.
     #[port("1")]
     pub direction: Vec3,
     /// The sun is seen.
     #[port("1")]
     pub valid: bool,
-    /// Elevation of the sun (true value): over z = 0 of a site or level ground, in inertial axes over the plane across the line to the body's centre.
+    /// Elevation of the Sun (true value): above z = 0 at a site or on level ground, in inertial axes above the plane perpendicular to the line to the
+    /// body's centre.
     #[port("rad")]
     pub elevation: f64,
 }
@@ -60,7 +62,7 @@ const STEP_FIRST: f64 = 0.1;
 /// Growth of the steps.
 const STEP_GROWTH: f64 = 1.1;
 
-/// True when the ground stands on the ray from `from` along the unit vector `along` within `range` (m).
+/// Returns true if the ground blocks the ray from `from` along the unit vector `along` within `range` (m).
 pub fn shaded(terrain: &dyn Terrain, from: Vec3, along: Vec3, range: f64) -> bool {
     let (mut s, mut step) = (0.0, STEP_FIRST);
     while s < range {

@@ -2,7 +2,7 @@
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::testing::Plane;
 
-/// Firm, and of no soil in particular: sensors do not ask.
+/// Firm soil of no particular kind, because sensors do not use it.
 pub(crate) fn firm() -> Soil {
     Soil {
         n: 1.0,

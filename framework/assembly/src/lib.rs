@@ -1,4 +1,4 @@
-//! RON assemblies and the Rust builder: one intermediate form; all mistakes are reported at once.
+//! RON assemblies and the Rust builder, which share one intermediate form; all mistakes are reported at once.
 //!
 //! [`load_file`] and [`load_text`] read a `Simulation(..)` or an `Assembly(..)`, include the files that it uses, replace parameters, apply overrides,
 //! and return the flat `Spec` that the runtime compiles. All mistakes are reported together, each with its line and column.

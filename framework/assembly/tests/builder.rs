@@ -145,7 +145,7 @@ fn every_mistake_is_reported_at_its_call_and_all_at_once() {
     let expected = [
         ("`Motor.resistance` = -1 ohm is out of range", first + 1),
         ("`Motor` has no parameter `gears`", first + 1),
-        ("`Motor.gear`: `2 V` is in V, but a plain number is wanted", first + 1),
+        ("`Motor.gear`: `2 V` is in V, but a plain number is expected", first + 1),
         ("`Battery` has no parameter `level`", first + 2),
         ("there is no model `test.fan`", first + 3),
         ("there is no body `wold`", first + 4),

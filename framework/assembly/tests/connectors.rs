@@ -266,7 +266,7 @@ fn wires_that_leave_half_of_a_connector_out_are_refused() {
     };
     // If only the voltage is wired, the current has no source.
     let fault = wired(r#""Battery.terminal.voltage -> Motor.supply.voltage""#).unwrap_err();
-    assert!(fault.contains("`Motor.supply` takes `supply.voltage` from `Battery.terminal`, but its `supply.current` does not go there"), "{fault}");
+    assert!(fault.contains("`Motor.supply` receives `supply.voltage` from `Battery.terminal`, but its `supply.current` is not connected back to it"), "{fault}");
     // A voltage output that is not part of a connector cannot receive a current.
     let fault = wired(r#""Fixed.voltage -> Motor.supply.voltage""#).unwrap_err();
     assert!(fault.contains("`Fixed.voltage` drives `Motor.supply.voltage`, an input of the connector `Motor.supply`"), "{fault}");

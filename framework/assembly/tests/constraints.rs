@@ -192,7 +192,7 @@ fn mistakes_in_loops_have_places_and_remedies() {
             &[
                 "loop `Arm/l`: its hinge permits every motion",
                 "+sim.ron:13:2\n",
-                "+leave the loop out",
+                "+remove the loop",
             ],
         ),
         (
@@ -267,15 +267,15 @@ fn mistakes_in_couplings_have_places_and_remedies() {
         ("terms: { \"world\": 1 }", &["the world has neither nodes nor hinges"]),
         (
             "terms: { \"crank\": \"1 m\" }",
-            &["`crank`: `1 m` is in m, but a plain number is wanted"],
+            &["`crank`: `1 m` is in m, but a plain number is expected"],
         ),
         (
             "terms: { \"crank\": 1 }, constant: \"1 m\"",
-            &["`constant`: `1 m` is in m, but rad is wanted"],
+            &["`constant`: `1 m` is in m, but rad is expected"],
         ),
         (
             "terms: { \"rail\": 1 }, constant: \"1 deg\"",
-            &["`constant`: `1 deg` is in deg, but m is wanted"],
+            &["`constant`: `1 deg` is in deg, but m is expected"],
         ),
         ("terms: { \"crank\": 1 }, ratio: 2", &["coupling `Arm/c` has both `terms` and `ratio`"]),
         ("mimic: \"crank\"", &["coupling `Arm/c` lacks `of`", "+a = ratio · b + offset"]),
@@ -285,7 +285,7 @@ fn mistakes_in_couplings_have_places_and_remedies() {
         ),
         (
             "mimic: \"rail\", of: \"crank\", offset: \"1 deg\"",
-            &["`offset`: `1 deg` is in deg, but m is wanted"],
+            &["`offset`: `1 deg` is in deg, but m is expected"],
         ),
         ("terms: [(factor: 1)]", &["`terms`: item 1 has no `of`\n  --> sim.ron:13:15\n"]),
     ] {

@@ -245,7 +245,7 @@ fn mistakes_in_colliders_have_places_and_remedies() {
     told(
         "margin: \"2 cm\"",
         "margin: \"2 s\"",
-        &["`contact`: `margin`: `2 s` is in s, but m is wanted\n  --> sim.ron:22:19\n"],
+        &["`contact`: `margin`: `2 s` is in s, but m is expected\n  --> sim.ron:22:19\n"],
     );
     told(
         "margin: \"2 cm\"",
@@ -262,7 +262,7 @@ fn mistakes_in_colliders_have_places_and_remedies() {
     told(
         "\"hinge:pivot\": \"2 N m\"",
         "\"hinge:pivot\": \"2 N\"",
-        &["`2 N` is in N, but N m is wanted"],
+        &["`2 N` is in N, but N m is expected"],
     );
     told(
         "\"hinge:pivot\"",

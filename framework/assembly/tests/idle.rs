@@ -106,7 +106,7 @@ fn settings_that_need_others_are_reported() {
         (
             "friction: 1",
             "",
-            "`friction` has no effect: it is dry, which only contact by impulses supports",
+            "`friction` has no effect: it is dry friction, which only contact by impulses supports",
         ),
         ("friction: 1", "contact: (),", ""),
     ] {

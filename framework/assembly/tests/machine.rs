@@ -556,7 +556,7 @@ fn unknown_names_in_a_companion_file_are_reported_together() {
         "no link `bas`",
         "cannot be used here",
         "`a/b` cannot be the name of a node",
-        "node `w` is on the world",
+        "node `w` is attached to the world",
         "`nodes`",
         "no field `extra`",
     ]
@@ -619,7 +619,7 @@ fn limits_and_gears_are_written_with_units() {
     for (field, part) in [
         ("gear: 0", "gear ratio 0 is not usable"),
         ("limits: (lower: 1, upper: 0)", "are not usable"),
-        ("limits: (lower: \"1 m\")", "but rad is wanted"),
+        ("limits: (lower: \"1 m\")", "but rad is expected"),
         ("limits: (lowr: 1)", "no field `lowr`"),
     ] {
         let text = format!(

@@ -69,5 +69,5 @@ fn faults_of_compile_are_shown_at_their_place() {
     let shown = show_faults(&faults.0, &loaded.sources, Look::Plain);
     assert!(shown.contains("parts/wheel.ron:27:"), "{shown}");
     assert!(shown.contains("did you mean `resistance`?"), "{shown}");
-    assert!(shown.contains("but V is wanted\n  --> --set:1:19\n"), "{shown}");
+    assert!(shown.contains("but V is expected\n  --> --set:1:19\n"), "{shown}");
 }

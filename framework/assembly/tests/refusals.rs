@@ -189,7 +189,7 @@ fn assembly_parameters() {
     );
     refused(
         &wheel("\"mass\": \"3 m\""),
-        &["error: `W.mass`: `3 m` is in m, but kg is wanted\n  --> sim.ron:4:47\n"],
+        &["error: `W.mass`: `3 m` is in m, but kg is expected\n  --> sim.ron:4:47\n"],
     );
     refused(
         &wheel("\"mass\": 1, \"radius\": \"700 cm\""),
@@ -207,7 +207,9 @@ fn a_unit_mistake_inside_an_assembly_points_at_the_value() {
         &rover(
             "params: { \"l\": (unit: \"m\", default: 2, doc: \"Length.\") },\nbodies: { \"b\": (parent: \"world\", mass: \"$l * 2\", inertia: [1, 1, 1]) }",
         ),
-        &["error: body `Rover/b`: `mass`: `4.0 m` is in m, but kg is wanted\n  --> sim.ron:4:40\n"],
+        &[
+            "error: body `Rover/b`: `mass`: `4.0 m` is in m, but kg is expected\n  --> sim.ron:4:40\n",
+        ],
     );
     refused(
         &rover(
@@ -310,7 +312,7 @@ fn bindings_and_parents() {
     refused(
         &rover("bodies: { \"a\": (parent: \"b\"), \"b\": (parent: \"a\") }"),
         &[
-            "error: bodies form a cycle: Rover/a -> Rover/b -> Rover/a\n  --> sim.ron:3:25\n  help: hang one of them on `world`",
+            "error: bodies form a cycle: Rover/a -> Rover/b -> Rover/a\n  --> sim.ron:3:25\n  help: attach one of them to `world`",
         ],
     );
 }
@@ -417,7 +419,7 @@ fn overrides() {
         "{f}"
     );
     let f = set("Rover.Hardware.Wheel1.mass=3 m").err().unwrap().show(Look::Plain);
-    assert!(f.contains("`3 m` is in m, but kg is wanted\n  --> --set:1:28\n"), "{f}");
+    assert!(f.contains("`3 m` is in m, but kg is expected\n  --> --set:1:28\n"), "{f}");
     let f = set("Rover.Hardware.Wheel1.Motor.rate=5Hz").err().unwrap().show(Look::Plain);
     let wanted = "`rate` is not a parameter of `Rover.Hardware.Wheel1.Motor` (test.motor), but a field in the file that has the part";
     assert!(f.contains(wanted) && f.contains("parameters: resistance, gear"), "{f}");
@@ -459,7 +461,7 @@ fn bodies_that_cannot_exist() {
         ),
         &[
             "`position` is NaN\n  --> sim.ron:3:53\n",
-            "`1 kg` is in kg, but m is wanted\n  --> sim.ron:3:58\n",
+            "`1 kg` is in kg, but m is expected\n  --> sim.ron:3:58\n",
             "`quat` has length 1.41",
         ],
     );
@@ -500,7 +502,7 @@ fn numbers_of_place_and_view_have_units_and_are_never_zero_by_mistake() {
     assert_eq!((view.eye.unwrap().x, view.arrows[0].scale), (0.1, 0.5));
     for (fields, fact) in [
         ("place: (PLACE, heading: \"north\")", "`heading`: `north` is not a quantity\n"),
-        ("place: (PLACE, heading: \"1 m\")", "`1 m` is in m, but rad is wanted"),
+        ("place: (PLACE, heading: \"1 m\")", "`1 m` is in m, but rad is expected"),
         ("place: (body: \"b\", at: [0, 0], wheels: [], radius: \"0.25 kg\")", "`0.25 kg` is in kg"),
         ("place: (body: \"b\", at: [0, 0], wheels: [], radius: 0)", "`radius` is 0 m\n"),
         ("place: (body: \"b\", at: [0, 0], wheels: [], radius: [0.1, 0])", "item 2 is 0 m\n"),

@@ -203,8 +203,9 @@ impl Campaign {
         let known: Vec<&str> = metrics.chain(numbers.map(|d| d.name.as_str())).collect();
         for (a, b, origin) in &self.form.scatter {
             for name in [a, b].into_iter().filter(|n| !known.contains(&n.as_str())) {
-                let message = format!("`scatter`: `{name}` is neither a metric nor a drawn number");
-                let help = linkwork_runtime::remedy(name, "metrics and drawn numbers", &known);
+                let message =
+                    format!("`scatter`: `{name}` is neither a metric nor a sampled parameter");
+                let help = linkwork_runtime::remedy(name, "metrics and sampled parameters", &known);
                 faults.push(Fault::new(*origin, message).help(help));
             }
         }
@@ -261,8 +262,7 @@ impl Campaign {
             path == "step" && !matches!(t, Template::Constant(_))
         };
         if let Some((_, _, origin)) = self.form.targets.iter().find(drawn) {
-            let message =
-                "`retain`: the samples of runs with a drawn `step` are at different times";
+            let message = "`retain`: `step` is sampled, so the runs have rows at different times";
             let help = "remove `step` from `vary`, or remove `retain`";
             return Err(vec![Fault::new(*origin, message).help(help)]);
         }

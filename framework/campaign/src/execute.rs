@@ -37,7 +37,7 @@ pub enum CampaignError {
     Run(#[from] MakeError),
 }
 
-/// How a campaign is run.
+/// Settings of the execution of a campaign.
 pub struct Orders<'a> {
     /// Models and assemblies.
     pub library: &'a Library,
@@ -53,7 +53,7 @@ enum WorkerMessage {
     Error(CampaignError),
 }
 
-/// Makes all runs that have not ended yet. Returns true if all runs have ended, false if it was stopped.
+/// Executes all runs that have not ended yet. Returns true if all runs have ended, false if it was stopped.
 ///
 /// # Errors
 /// [`CampaignError`]. Runs that have ended are in the journal.

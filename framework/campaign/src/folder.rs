@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 /// The folder cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum FolderError {
-    /// It cannot be created.
+    /// The folder cannot be created.
     #[error("the folder `{}` cannot be created: {source}\n  help: choose another one", .path.display())]
     Make {
         /// The folder.

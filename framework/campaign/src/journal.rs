@@ -18,8 +18,8 @@ use std::time::{Duration, Instant};
 /// The journal cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum JournalError {
-    /// It cannot be read or written.
-    #[error("the journal `{}`: {source}\n  help: choose another folder, or make room", .path.display())]
+    /// The journal cannot be read or written.
+    #[error("the journal `{}` cannot be read or written: {source}\n  help: choose another folder, or free disk space", .path.display())]
     Io {
         /// The file.
         path: PathBuf,
@@ -43,7 +43,7 @@ pub enum JournalError {
         why: String,
     },
     /// A repeated run ended differently.
-    #[error("run {run} of the campaign in `{}` ended with the state {now:016x}, and before with {was:016x}\n  help: this is a bug in a model or in Linkwork: repeated runs must be bit-identical", .path.display())]
+    #[error("run {run} of the campaign in `{}` ended with the state {now:016x}, but before with {was:016x}\n  help: this is a bug in a model or in Linkwork: repeated runs must be bit-identical", .path.display())]
     Differs {
         /// The campaign's folder.
         path: PathBuf,
@@ -62,7 +62,7 @@ pub enum JournalError {
         /// The run.
         run: u64,
     },
-    /// It belongs to another campaign.
+    /// The journal belongs to another campaign.
     #[error("the journal `{}` belongs to another campaign: the file, its simulation, or this program has changed\n  help: choose another folder, or delete that one", .path.display())]
     Other {
         /// The file.

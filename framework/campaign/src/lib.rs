@@ -3,7 +3,7 @@
 //! ```text
 //! file → draws of run r → load → one loop (linkwork_runner) → metrics → journal → tables, statistics, report
 //! ```
-//! A run is a pure function of the campaign's file and the run's number: draws are counter-based random numbers, keyed by (seed, run, path). Results
+//! A run is a pure function of the campaign's file and the run's number: sampled values are counter-based random numbers with the key (seed, run, path). Results
 //! therefore do not depend on the order of runs, threads, or interruptions.
 //!
 //! | module | content |
@@ -15,7 +15,7 @@
 //! | `execute` | threads |
 //! | `histories` | retained time histories, and percentile bands over time |
 //! | `folder` | the folder of a campaign: journal, failures, tables, report |
-//! | `outcome`, `journal` | the result of a run; the file that records finished runs, also if the process is killed |
+//! | `outcome`, `journal` | the result of a run; the file of finished runs, which survives a killed process |
 //! | `statistics`, `results` | summaries, rank correlations, ellipses; CSV and Parquet |
 //! | `svg`, `report` | the report |
 mod campaign;

@@ -80,7 +80,7 @@ pub fn one(campaign: &Campaign, run: u64, means: &Means<'_>) -> Result<Option<Ou
 
 /// A run after loading.
 pub enum Begun<'a> {
-    /// It is at its first tick.
+    /// The run is at its first tick.
     Under(Box<Under<'a>>),
     /// Its configuration cannot be loaded; this is its outcome.
     Ended(Outcome),
@@ -278,7 +278,7 @@ fn set_up(campaign: &Campaign, run: u64, means: &Means<'_>) -> Result<Set, LoadE
     Ok(Set { runner, goal, groups, configuration: ready.loaded.resolved, limited })
 }
 
-/// Why stepping stopped.
+/// Reason for which stepping stopped.
 enum Stepped {
     Ended(Ended),
     Wall,

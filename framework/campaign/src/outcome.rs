@@ -1,7 +1,7 @@
 //! How a run ended, and its results.
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
-/// Why a run ended.
+/// Reason for which a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Cause {
@@ -46,7 +46,7 @@ impl Cause {
 pub struct Outcome {
     /// Its number, from 0.
     pub run: u64,
-    /// Why it ended.
+    /// Reason for which the run ended.
     pub ended: Cause,
     /// Error message; empty without an error.
     pub why: String,

@@ -171,7 +171,13 @@ fn metrics(out: &mut String, results: &Results) {
             .max_by(|a, b| ranked[*a].1.abs().total_cmp(&ranked[*b].1.abs()));
         if let Some(j) = first {
             let (drawn, x) = &results.drawn[j];
-            out.push_str(&scatter("Against the most influential value", (drawn, &own), x, y, None));
+            out.push_str(&scatter(
+                "Against the most influential parameter",
+                (drawn, &own),
+                x,
+                y,
+                None,
+            ));
         }
         out.push_str("</div>\n");
     }

@@ -206,7 +206,7 @@ pub(crate) enum Nearest {
     Far,
     /// Points on A and B, the unit normal between them, the distance.
     Apart(Vec3, Vec3, Vec3, f64),
-    /// They overlap or touch; the best normal found during the iteration.
+    /// The shapes overlap or touch; contains the best normal found during the iteration.
     Overlap(Vec3),
 }
 

@@ -8,7 +8,7 @@
 //! p on the face, n outwards; e and s are small fractions of the pair's size
 //! covered:   p + e n lies in another shape of the piece, and q + e n also does for each q of the face at the distance s from p
 //! ```
-//! The points q matter where a wall stands on a larger block: the top of the block is covered under the wall but exposed next to it. Only convex
+//! The points q are needed where a wall stands on a larger block: the top of the block is covered under the wall but exposed next to it. Only convex
 //! shapes and half spaces can cover, and only convex shapes can be covered, because the triangles of a mesh have neighbour information.
 
 use crate::colliders::Colliders;

@@ -148,8 +148,8 @@ fn well_inside(axis: &Axis, points: &[Point], room: &Room, size: f64) -> bool {
     0.1 * size > depth && (on(&room.fa, &p.pa) || on(&room.fb, &p.pb))
 }
 
-/// Returns true if some points show the distance `sep`. Where flat parts of both touch, a corner that protrudes over the edge may be deeper by
-/// [`BIAS`], and eight points represent a whole rim. Otherwise a resting contact would gain and lose a point with every small motion.
+/// Returns true if some points show the distance `sep`. Where flat parts of both shapes touch, a corner that protrudes beyond the edge may be deeper
+/// by [`BIAS`], and eight points represent a whole rim. Otherwise a resting contact would gain and lose a point with every small motion.
 fn enough(a: &Placed, b: &Placed, axis: &Axis, size: f64, points: &[Point]) -> bool {
     let along = points.iter().filter(|p| p.n.dot(&axis.n) > 1.0 - 5e-9);
     let missing = along.fold(f64::INFINITY, |m, p| if p.gap < m { p.gap } else { m }) - axis.sep;

@@ -23,8 +23,8 @@ pub struct Query<'a> {
     pub detail: Detail,
     /// Visibility; `None`: as in the specifications.
     pub hiding: Option<&'a Hiding>,
-    /// How far each collider may move (m, not negative, by handle). Pairs are tested from this additional distance, separately for each collider.
-    /// Empty: no motion.
+    /// Greatest displacement of each collider (m, not negative, by handle). Pairs are tested from this additional distance, separately for each
+    /// collider. Empty: no motion.
     pub reach: &'a [f64],
 }
 

@@ -80,7 +80,7 @@ fn parse(out: &mut PortAttr, input: ParseStream) -> syn::Result<()> {
     if out.group && attributes > 1 {
         return Err(syn::Error::new(
             start,
-            "a group or connector has no other attributes: its unit, default and binding stand at its own fields",
+            "a group or connector has no other attributes: unit, default and binding are attributes of its fields",
         ));
     }
     Ok(())
@@ -127,7 +127,7 @@ pub fn derive(input: &DeriveInput) -> syn::Result<Tokens> {
             Some((_, a)) if a == "y" => quote!(.about([0.0, 1.0, 0.0])),
             Some((_, a)) if a == "z" => quote!(.about([0.0, 0.0, 1.0])),
             Some((a, _)) => {
-                return Err(syn::Error::new_spanned(a, "an axle is \"x\", \"y\" or \"z\""));
+                return Err(syn::Error::new_spanned(a, "an axle must be \"x\", \"y\" or \"z\""));
             }
         };
         let account = attr.account.map(|a| {

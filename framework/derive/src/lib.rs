@@ -81,7 +81,7 @@ fn finish(result: syn::Result<Tokens>) -> TokenStream {
     result.unwrap_or_else(|e| e.to_compile_error()).into()
 }
 
-/// The path of the runtime crate as the calling crate sees it.
+/// Returns the path of the runtime crate in the calling crate.
 fn runtime() -> Tokens {
     match crate_name("linkwork-runtime") {
         Ok(FoundCrate::Name(name)) => {

@@ -2,7 +2,7 @@
 //!
 //! An author writes each function with the arguments that it reads, in any order. The names of the arguments decide what they
 //! receive. The macro moves these functions to an inherent `impl` and writes the functions of the trait, which take all
-//! arguments and call them. Tests of the same crate therefore call a function as it is written: `motor.feedthrough(&x, &u)`.
+//! arguments and call them. Tests of the same crate can therefore call the function directly: `motor.feedthrough(&x, &u)`.
 use crate::{doc_of, part_type, runtime};
 use proc_macro2::{Group, TokenStream as Tokens, TokenTree};
 use quote::{ToTokens, format_ident, quote};
@@ -110,7 +110,7 @@ pub fn expand(name: &LitStr, item: ItemImpl) -> syn::Result<Tokens> {
         _ => {
             return Err(Error::new_spanned(
                 &item.self_ty,
-                "#[model] stands above an `impl Model` or an `impl SizedModel`",
+                "#[model] must be above an `impl Model` or an `impl SizedModel`",
             ));
         }
     };
@@ -310,10 +310,10 @@ fn bind(f: &ImplItemFn, full: &[&str], written: &Written) -> syn::Result<Vec<Str
 fn unknown(name: &str, full: &[&str], written: &Written) -> String {
     let unread = name.strip_prefix('_').unwrap_or(name);
     if name.is_empty() || (unread != name && full.iter().any(|a| plain(a) == unread)) {
-        return "leave out arguments that the function does not read".into();
+        return "remove arguments that the function does not read".into();
     }
     if name == "u" && written.has("Inputs") && full.contains(&"ud") {
-        return "only `FeedthroughInputs` reach this function: name the argument `ud`".into();
+        return "this function can read only `FeedthroughInputs`: name the argument `ud`".into();
     }
     format!("`{name}` is not an argument of this function")
 }
@@ -456,7 +456,7 @@ mod tests {
                 /// A model.
                 impl Model for M { type State = S; fn derivatives(&self, #unread) -> S { S {} } }
             });
-            assert!(message.contains("leave out arguments"), "{message}");
+            assert!(message.contains("remove arguments"), "{message}");
         }
         let twice = error(parse_quote! {
             /// A model.

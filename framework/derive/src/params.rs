@@ -109,7 +109,8 @@ fn derive_struct(input: &DeriveInput, fields: &Fields) -> syn::Result<Tokens> {
     }
     let builder = quote::format_ident!("{name}Builder");
     let vis = &input.vis;
-    let about = format!("Sets parameters of [`{name}`]. What is not set has its default.");
+    let about =
+        format!("Sets parameters of [`{name}`]. Parameters that are not set have their defaults.");
     Ok(quote! {
         #[doc = #about]
         #[derive(Clone, Debug, Default)]
@@ -210,7 +211,10 @@ fn derive_enum(name: &Ident, data: &DataEnum) -> syn::Result<Tokens> {
     let mut idents = vec![];
     for v in &data.variants {
         if !matches!(v.fields, Fields::Unit) {
-            return Err(syn::Error::new_spanned(v, "a parameter enum has variants without fields"));
+            return Err(syn::Error::new_spanned(
+                v,
+                "the variants of a parameter enum must not have fields",
+            ));
         }
         idents.push(&v.ident);
     }

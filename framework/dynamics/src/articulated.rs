@@ -1,7 +1,7 @@
 //! Articulated-body inertias without forces, used for M⁻¹, compliance and derivatives.
 //!
-//! The sweep goes from tips to base. Each degree of freedom is treated as a separate link; a link with several is a chain at one point, which gives
-//! the same result:
+//! The recursion proceeds from tips to base. Each degree of freedom is treated as a separate link; a link with several is a chain at one point, which
+//! gives the same result:
 //! ```text
 //! P(k) = M(k) + Σ_j φ(k,j) P⁺(j) φ*(k,j)                  about each link's own origin
 //! free        U = P S, D = S · U + armature, G = U D⁻¹, P⁺ = P − G Uᵀ

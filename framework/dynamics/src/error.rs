@@ -7,8 +7,8 @@ use thiserror::Error;
 pub enum DynamicsError {
     /// A free subhinge moves no inertia (or the state is not finite).
     #[error(
-        "body `{body}`, coordinate {v}: no inertia to move, or a state that is not finite\n  \
-         help: give it or a body outboard of it mass, or the subhinge an armature, or prescribe it"
+        "body `{body}`, coordinate {v}: the hinge moves no inertia, or the state is not finite\n  \
+         help: add mass to the body or to a body outboard of it, add an armature to the subhinge, or prescribe its motion"
     )]
     Singular {
         /// The body of the hinge.
@@ -18,8 +18,7 @@ pub enum DynamicsError {
     },
     /// An algorithm that supports only rigid bodies.
     #[error(
-        "{what} supports only rigid mechanisms, but body `{body}` is flexible\n  help: leave its modes \
-         out, or use the dynamics, Jacobians and matrices that support flexible bodies"
+        "{what} supports only rigid mechanisms, but body `{body}` is flexible\n  help: remove its modes, or use the dynamics, Jacobians and matrices that support flexible bodies"
     )]
     Flexible {
         /// The first flexible body.

@@ -132,7 +132,8 @@ pub(crate) fn matrix<L: Lane>(
     Ok(())
 }
 
-/// Computes rows of D⁻¹ [1 − HψK] for the columns outboard of their dofs. Along a run of dofs without branches a block of columns stays in registers.
+/// Computes rows of D⁻¹ [1 − HψK] for the columns outboard of their dofs. Along a chain of dofs without branches, a block of columns stays in
+/// registers.
 fn gather<L: Lane>(tree: &Tree, w: &mut Work<L>, out: &mut [L]) {
     let (dofs, n) = (&tree.dofs, tree.nv());
     let one = L::splat(1.0).block();

@@ -241,7 +241,7 @@ struct Draft {
 #[derive(Default)]
 struct Layout {
     drafts: Vec<Draft>,
-    /// For each body: what carries it, and `X_LB`.
+    /// For each body: the link or station that carries it, and `X_LB`.
     bodies: Vec<(Hang, Pose)>,
     flexible: FlexibleLayout,
 }

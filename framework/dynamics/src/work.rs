@@ -73,7 +73,7 @@ pub(crate) struct Work<L: Lane> {
     pub acc: Vec<V6<L>>,
     pub f_ext: Vec<V6<L>>,
     pub force: Vec<V6<L>>,
-    /// By block of dofs.
+    /// Composite inertias by block of dofs.
     pub composite: Vec<Composite<L::Block>>,
     /// Vector from the root's origin to the link's, world axes.
     pub r: Vec<V3<L>>,

@@ -11,7 +11,7 @@ use linkwork_collision::{ColliderId, Colliders, Neighbours, Shape, groups, neigh
 use linkwork_multibody::{BodyId, Builder, Multibody};
 use linkwork_spatial::{Mat3, Pose, Vec3};
 
-/// What carries a collider.
+/// Carrier of a collider.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Carrier {
     World,

@@ -29,7 +29,7 @@ pub enum ModelFault {
     /// A name that does not exist.
     #[error("{place} refers to the {kind} `{name}`, which does not exist\n  help: {help}")]
     Unknown {
-        /// What refers to it.
+        /// The place that refers to it.
         place: String,
         /// `body`, `joint`, `part`.
         kind: &'static str,
@@ -257,7 +257,7 @@ pub enum RobotError {
     },
     /// The object is rigid.
     #[error(
-        "object {object} has no joints\n  help: add bodies that hang on it to `ModelSpec::linkages`"
+        "object {object} has no joints\n  help: add the bodies that are attached to it to `ModelSpec::linkages`"
     )]
     NoJoints {
         /// Index of the object.

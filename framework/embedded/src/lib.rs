@@ -25,7 +25,7 @@
 //! [`Timing`] time-parameterizes a path: minimum time within limits of rate, acceleration and effort, including held objects. [`Transfer`] plans a
 //! jerk-limited motion between any two states. [`RateControl`] and [`WholeBody`] compute rates and forces for tasks in order of priority, avoid
 //! limits and singular configurations, and keep contacts pressed and free of slip. [`TaskSpace`] provides operational space and impedance control.
-//! [`support_polygon`] computes where a robot stands stably.
+//! [`support_polygon`] computes the region of centres of mass in which a robot stands stably.
 //!
 //! Angular part first, world axes, SI units and radians throughout. Columns are the degrees of freedom of the mechanism in canonical order
 //! ([`RobotModel::coordinate`] returns a joint's), or the degrees of freedom of a part in the same order.
@@ -41,12 +41,15 @@
 //! | inverse kinematics of a goal out of reach, with the nearest configuration as result | 0.2 to 0.4 ms | – | 1 ms |
 //! | collision check (one arm with 111 pairs; two arms with 278), no result wrong | 1.9; 2.2 µs | coal's tree: 0.30; 0.32 | 0.4 |
 //! | all distances | 12; 32 µs | coal: 0.36; 0.36 | 0.4 |
-//! | grasp and release with collision filters; inverse dynamics of 18 dofs with a load; load sharing of two arms | 0.94; 0.54; 0.88 µs | – | 60; 1.5;
-//! 10 µs |
-//! | Python: inverse, forward dynamics, mass matrix, kinematics of an arm of seven axes, for one call | 0.7 to 1.2 µs | pin: 0.76, 0.62, 0.98, 0.67 |
-//! 1 |
+//! | grasp and release with collision filters | 0.94 µs | – | 60 µs |
+//! | inverse dynamics of 18 dofs with a load | 0.54 µs | – | 1.5 µs |
+//! | load sharing of two arms | 0.88 µs | – | 10 µs |
+//! | Python: one call of inverse dynamics of an arm with seven axes | 0.79 µs | Pinocchio's Python package: 0.76 | 1 |
+//! | Python: one call of forward dynamics of this arm | 1.19 µs | Pinocchio's Python package: 0.62 | 1 |
+//! | Python: one call of the mass matrix of this arm | 0.72 µs | Pinocchio's Python package: 0.98 | 1 |
+//! | Python: one call of the kinematics of this arm | 0.73 µs | Pinocchio's Python package: 0.67 | 1 |
 //! | Python: one step of a humanoid with contact | 12 µs | MuJoCo: 0.94 | 1 |
-//! | Python: many states in two threads | | pin in a loop: 0.09; MuJoCo's rollout: 0.16 | 0.2; 0.5 |
+//! | Python: many states in two threads | | Pinocchio's Python package in a loop: 0.09; MuJoCo's rollout: 0.16 | 0.2; 0.5 |
 //!
 //! # An example
 //! ```

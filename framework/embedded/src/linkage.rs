@@ -16,7 +16,7 @@ pub(crate) const ROOT_Q: usize = 7;
 #[derive(Debug)]
 pub(crate) struct Linkage {
     pub tree: Tree,
-    /// How each body is connected to the object.
+    /// Connection of each body to the object.
     pub links: Vec<Link>,
     /// For each body the first body of the group that is welded to it, and pairs of such groups that a hinge joins.
     pub group: Vec<usize>,
@@ -26,11 +26,11 @@ pub(crate) struct Linkage {
 /// Connection of a body to its object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Link {
-    /// It is the object itself, or welded to it.
+    /// The body is the object itself, or is welded to it.
     Welded,
-    /// It is connected to the object's rigid group by one hinge.
+    /// The body is connected to the object's rigid group by one hinge.
     Joined,
-    /// It is connected by more than one hinge.
+    /// The body is connected by more than one hinge.
     Beyond,
 }
 

@@ -612,7 +612,7 @@ fn solid(g: &Geometry) -> Result<Shape, String> {
             Shape::ConvexHull { points: corners.iter().map(|p| p.component_mul(&scale)).collect() }
         }
         Geometry::Plane { .. } => {
-            return Err(format!("{g:?} is no solid"));
+            return Err(format!("{g:?} is not a solid"));
         }
     })
 }

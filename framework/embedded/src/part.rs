@@ -1,7 +1,7 @@
 //! Parts: named arms, legs, necks, grippers and bases.
 //!
 //! A part is a chain from a base (not included) to a tip, or a set of bodies. A set whose bodies follow one another is also a chain. Each chain has
-//! its own mechanism, so its kinematics costs only the work of its own joints.
+//! its own mechanism, so the cost of its kinematics depends on its own joints only.
 
 use crate::error::{ModelFault, RobotError};
 use linkwork_dynamics::Tree;

@@ -107,7 +107,7 @@ pub struct LwPlan {
     pub rows: usize,
     /// The two colliders that touch at a blocked end; otherwise zero.
     pub pair: LwPair,
-    /// How the search ended.
+    /// Result of the search.
     pub outcome: LwPlanOutcome,
 }
 

@@ -123,7 +123,7 @@ pub struct LwAnswer {
     pub kinematics: usize,
     /// Index of the start that led there; 0 is the given start.
     pub restart: usize,
-    /// How the search ended.
+    /// Result of the search.
     pub outcome: LwOutcome,
 }
 

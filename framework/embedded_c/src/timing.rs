@@ -69,7 +69,7 @@ pub struct LwTransferred {
     pub within_limits: bool,
 }
 
-/// Limits of a call, and the limits that NULL stands for.
+/// Limits of a call, and the limits that are used for NULL.
 struct Limits {
     own: MotionLimits,
     asked: MotionLimits,

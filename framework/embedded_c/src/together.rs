@@ -48,7 +48,7 @@ impl Whole {
             let (goal, mut frame) = g.goal.checked()?;
             if g.seen_from != LW_NO_PART {
                 if frame == Frame::Base {
-                    let help = "LW_NO_PART with LW_GOAL_IN_BASE, or a part without it";
+                    let help = "LW_NO_PART, or remove LW_GOAL_IN_BASE from the goal";
                     return Err(Fault::Choice { what: "seen_from", value: g.seen_from, help });
                 }
                 frame = Frame::Tip(r.part(g.seen_from)?);

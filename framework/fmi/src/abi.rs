@@ -11,7 +11,7 @@ pub(crate) type Raw = *mut c_void;
 /// A status of 2.0 and 3.0: 0 OK, 1 warning, 2 discard, 3 error, 4 fatal, 5 pending (2.0).
 pub(crate) type Status = c_int;
 
-/// The logger of 2.0 as it is called. Its variadic arguments are never read.
+/// Signature of the logger of FMI 2.0. Its variadic arguments are never read.
 pub(crate) type Logger2 =
     unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char);
 /// The logger of 3.0.

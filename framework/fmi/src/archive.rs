@@ -42,7 +42,7 @@ impl Archive {
             let outside = entry.enclosed_name().is_none() || leads_out(entry.name());
             if outside || entry.is_symlink() {
                 let why = format!("its entry `{}` leads outside of the archive", entry.name());
-                return Err(Refusal::new(format!("`{name}` is refused: {why}"))
+                return Err(Refusal::new(format!("`{name}` is rejected: {why}"))
                     .help("do not use this file: it is probably malicious"));
             }
         }

@@ -3,8 +3,8 @@
 /// Interface of a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// With its own solver.
+    /// Co-simulation: the unit has its own solver.
     CoSimulation,
-    /// As equations that Linkwork integrates.
+    /// Model exchange: the unit supplies equations that Linkwork integrates.
     ModelExchange,
 }

@@ -122,7 +122,7 @@ impl Unit {
             return Err(Box::new(Failure {
                 message: format!(
                     "a second instance `{name}` of the unit is needed (a fork, or a part in \
-                     another phase), and it can be instantiated only once in a process"
+                     another phase), but it can be instantiated only once in a process"
                 ),
                 help: Some("run it without forks, in a separate process".into()),
             }));

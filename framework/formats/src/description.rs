@@ -27,7 +27,7 @@ pub struct Description {
     pub couplings: Vec<Coupling>,
     /// Hinges that close loops.
     pub loops: Vec<LoopClosure>,
-    /// How mesh files of collision shapes collide.
+    /// Treatment of mesh files as collision shapes.
     pub collision_meshes: CollisionMeshes,
     /// Pairs of bodies that do not collide although their shapes would.
     pub exclusions: Vec<[String; 2]>,
@@ -45,13 +45,13 @@ pub struct Description {
     pub doubtful: Vec<Ignored>,
 }
 
-/// How the mesh file of a collision shape collides.
+/// Treatment of a mesh file as a collision shape.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum CollisionMeshes {
-    /// By its triangles.
+    /// Its triangles collide.
     #[default]
     Triangles,
-    /// By the convex hull of its corners, as in MJCF.
+    /// The convex hull of its corners collides, as in MJCF.
     Hulls,
 }
 
@@ -135,7 +135,7 @@ pub struct CollisionClasses {
 /// The purpose of a shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ShapeRole {
-    /// To be seen.
+    /// The shape is visible only.
     Visual,
     /// Collision, according to the file.
     Collision,

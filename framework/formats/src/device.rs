@@ -77,7 +77,7 @@ impl Length {
     }
 }
 
-/// How the activation w of an actuator follows its control u.
+/// Dynamics with which the activation w of an actuator follows its control u.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Activation {
     /// T of ẇ = (u − w) / T, s; `None`: ẇ = u.

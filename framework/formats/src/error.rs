@@ -75,7 +75,7 @@ pub enum FaultKind {
     /// Required content is missing.
     #[error("{what} lacks {missing}\n  help: {help}")]
     Missing {
-        /// Where it is missing.
+        /// The place at which it is missing.
         what: String,
         /// The missing content.
         missing: String,
@@ -153,8 +153,7 @@ pub enum FaultKind {
     },
     /// Links that are circular parents of each other.
     #[error(
-        "links form a circle: {}\n  help: remove one joint of the circle; what closes a loop is a \
-         constraint",
+        "links form a circle: {}\n  help: remove one joint of the circle; a closed loop requires a constraint",
         path.join(" -> ")
     )]
     Cycle {

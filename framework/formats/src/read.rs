@@ -16,7 +16,7 @@ pub enum Root {
     AsWritten,
     /// Welded.
     Fixed,
-    /// With a free hinge.
+    /// The root link has a free hinge.
     Free,
     /// With a planar hinge: motion in the xy plane of the world.
     Planar,
@@ -25,7 +25,7 @@ pub enum Root {
 /// Handling of mass properties that [`ReadOptions::inertia`] rejects; files of many robots contain some.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Unphysical {
-    /// They are faults.
+    /// Such mass properties are faults.
     Refused,
     /// They are accepted, with a line in [`Description::doubtful`] that the caller should report: principal moments that violate the triangle
     /// inequality are kept, negative moments become 0, moments without a mass are omitted, and a mass without moments becomes a point mass. Negative

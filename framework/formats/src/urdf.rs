@@ -83,7 +83,7 @@ struct Mover<'e> {
 
 struct Urdf<'e> {
     links: BTreeMap<&'e str, &'e Element>,
-    /// By child link.
+    /// Joints by the name of the child link.
     movers: BTreeMap<&'e str, Mover<'e>>,
     colors: BTreeMap<&'e str, [f64; 4]>,
 }

@@ -91,7 +91,7 @@ impl Element {
         self.children.iter().filter(move |c| c.name == name).inspect(|c| c.used.set(true))
     }
 
-    /// Writes an attribute that the file does not have; it counts as read and stands where the element stands.
+    /// Adds an attribute that the file does not have; it counts as read, and its position is that of the element.
     pub fn set(&mut self, name: &str, value: String) {
         let (line, column) = (self.line, self.column);
         let used = Cell::new(true);

@@ -106,7 +106,7 @@ fn images_and_binary_files_have_the_heights_of_mujoco() {
     let (_, _, heights) = field(&with_file("c.bin", &binary, kind).unwrap());
     close(&heights, &[0.0, 0.125, 0.25, 0.375, 0.5, 1.0]);
     let short = with_file("c.bin", &binary[..28], kind).unwrap_err();
-    assert!(short.contains("2 by 3 points, and it has 5 heights"), "{short}");
+    assert!(short.contains("2 by 3 points, but it has 5 heights"), "{short}");
     let kind = with_file("c.bin", &binary, r#"content_type="image/jpeg""#).unwrap_err();
     assert!(kind.contains("image/vnd.mujoco.hfield"), "{kind}");
     // The heights of the file replace the attributes of the element.

@@ -74,8 +74,8 @@ pub enum Failure<E> {
     },
     /// The error requires a step below the minimum.
     #[error(
-        "at t = {t} s: lane {lane} has {error} times its tolerance in a step of {h} s, \
-         and the least step is {least} s; loosen the lane's tolerance, or use a stiff method"
+        "at t = {t} s: the error of lane {lane} is {error} times its tolerance in a step of {h} s, and the smallest \
+        step is {least} s; loosen the lane's tolerance, or use a stiff method"
     )]
     StepTooSmall {
         /// Time at the start, s.

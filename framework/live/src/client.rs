@@ -62,10 +62,10 @@ impl Ticket {
 #[derive(Debug, thiserror::Error)]
 pub enum ClientError {
     /// The connection failed.
-    #[error("the run: {0}\n  help: it has ended, or another program is at its address")]
+    #[error("the run: {0}\n  help: it has ended, or another program uses its address")]
     Frame(FrameError),
     /// The request exceeds the largest length.
-    #[error("{0}\n  help: ask for fewer variables at once, by narrower patterns")]
+    #[error("{0}\n  help: request fewer variables at once, with narrower patterns")]
     Long(FrameError),
     /// The run rejected the request.
     #[error("{message}\n  help: {help}")]

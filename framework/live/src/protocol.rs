@@ -89,7 +89,7 @@ pub enum RequestKind {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Amount {
-    /// In SI.
+    /// A number in SI.
     Number(f64),
     /// `"12 deg"`.
     Text(String),
@@ -201,7 +201,7 @@ pub enum FrameError {
         most: usize,
     },
     /// Its content is not a message.
-    #[error("it is no message: {0}")]
+    #[error("it is not a valid message: {0}")]
     Message(#[from] serde_json::Error),
 }
 

@@ -67,7 +67,7 @@ pub(crate) struct Guest {
 
 /// A reply in the queue.
 enum Waiting {
-    /// As sent over the connection.
+    /// An encoded frame for the connection.
     Frame(Vec<u8>),
     /// A sample of a watch. The writer's thread formats it, so the run's thread only copies numbers.
     Row(u64, Row),

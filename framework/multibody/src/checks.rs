@@ -107,7 +107,7 @@ fn check_forces(what: &str, subhinge: usize, s: &Subhinge, faults: &mut Vec<Mech
         } else if matches!(stop, Stop::Soft { damping, .. } if damping != 0.0) {
             bad(
                 "`restitution`",
-                "write either it or `damping` of `stop`: both say how much is lost",
+                "write either it or `damping` of `stop`: both define the loss of energy",
             );
         }
     }

@@ -256,7 +256,7 @@ pub struct LoopMotion {
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum LoopFault {
     /// The hinge permits every motion.
-    #[error("permits every motion, so it closes nothing\n  help: leave the loop out")]
+    #[error("permits every motion, so the loop has no effect\n  help: remove the loop")]
     Nothing,
     /// Sliders after a rotation.
     #[error(

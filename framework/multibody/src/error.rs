@@ -35,7 +35,7 @@ pub enum MechanismFault {
         what: &'static str,
         /// The name.
         name: String,
-        /// How often it occurs.
+        /// Number of occurrences.
         count: usize,
     },
     /// A name that cannot be used.
@@ -48,7 +48,7 @@ pub enum MechanismFault {
     },
     /// Bodies are each other's parents in a cycle.
     #[error(
-        "bodies form a cycle: {}\n  help: hang one of them on `world` and close the loop with a \
+        "bodies form a cycle: {}\n  help: attach one of them to `world` and close the loop with a \
          constraint",
         path.join(" -> ")
     )]

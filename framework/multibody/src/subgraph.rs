@@ -1,8 +1,8 @@
 //! Subgraphs: a subset of the bodies of a mechanism as a separate mechanism.
 //!
 //! The chosen bodies must be attached to one common frame: the world, or one body that is not chosen (the *base*). In the new mechanism this frame is
-//! `world`. Names stay. Bodies outboard of the chosen ones that were not chosen are left out, with their mass, and so are constraints with an end
-//! outside.
+//! `world`. Names are kept. Bodies that were not chosen are omitted, with their mass, even if they are outboard of a chosen body; constraints with an
+//! end on such a body are omitted, too.
 
 use crate::{BodyId, Builder, Multibody};
 use thiserror::Error;
@@ -15,8 +15,8 @@ pub enum SubgraphError {
     Empty,
     /// The chosen bodies are attached to more than one frame.
     #[error(
-        "the bodies are attached to different frames: {}\n  help: add the bodies between them, or take \
-         several subgraphs",
+        "the bodies are attached to different frames: {}\n  help: add the bodies between them, or use several \
+        subgraphs",
         bases.join(", ")
     )]
     SeveralBases {

@@ -9,8 +9,8 @@
 //! P_surface  surfaces that move over their bodies, smooth contact: friction times their velocity
 //! P_given    prescribed hinges: the torque that their motion takes, times their rate
 //! ```
-//! Impulses of contact, masses that change, prescribed gaps of loops and machines that move by kinematics are not counted: their energy is the
-//! residual.
+//! The energies of contact impulses, variable masses, prescribed gaps of loops and machines that move by kinematics are not included; they appear in
+//! the residual.
 use crate::block::{MechanismBlock, NEVER};
 use crate::frame::Frame;
 use crate::plan::MechanismPlan;
@@ -27,23 +27,23 @@ pub(crate) fn of(plan: &MechanismPlan) -> OwnAccounts {
         account("potential energy", Account::Stored),
         account("springs of hinges", Account::Stored),
         account("friction and stops of hinges", Account::Gained),
-        account("gravity by place and smooth contact", Account::Gained),
+        account("non-uniform gravity and compliant contact", Account::Gained),
         account("prescribed motions", Account::Gained),
-        account("surfaces that move over bodies", Account::Gained),
+        account("moving surfaces of bodies", Account::Gained),
     ];
     let unknown = [
         (plan.contact.is_some(), "contact by impulses"),
-        (plan.rolling.is_some(), "wheels that roll by kinematics"),
+        (plan.rolling.is_some(), "wheels of machines without inertia"),
         (!plan.varies.is_empty(), "mass that changes"),
         (!plan.loop_motions.is_empty(), "prescribed motions of loops"),
-        (plan.tree.is_flexible(), "bodies that bend"),
+        (plan.tree.is_flexible(), "flexible bodies"),
     ];
     let unknown = unknown.iter().filter(|(is, _)| *is).map(|(_, what)| (*what).to_string());
     OwnAccounts { known, unknown: unknown.collect(), receives_work: true }
 }
 
 impl MechanismBlock {
-    /// The numbers of [`of`] at the state of the last evaluation.
+    /// Returns the values of [`of`] at the state of the last evaluation.
     pub(crate) fn count(&mut self, now: &EvalTime, x: &[f64], sig: &[f64], out: &mut [f64]) {
         let evaluated = self.at != NEVER;
         let plan = self.plan.clone();
@@ -75,7 +75,7 @@ impl MechanismBlock {
         out.copy_from_slice(&[kinetic, potential, springs, hinges, field, given, surfaces]);
     }
 
-    /// Power of the wrenches that parts exert (W).
+    /// Returns the power of the wrenches that parts exert (W).
     fn work_of_parts(&self, sig: &[f64]) -> f64 {
         let plan = &*self.plan;
         let Some(ud) = self.w.ud.get(10 * plan.ports.masses.len()..) else { return 0.0 };

@@ -5,10 +5,10 @@ use linkwork_multibody::{Multibody, SubhingeKind};
 use linkwork_runtime::{Bound, Fault, Lowering};
 use linkwork_spatial::{Pose, Vec3};
 
-/// Between the axle and the hinge; camber and toe are less.
+/// Largest angle between axle and hinge without a warning; camber and toe are smaller.
 const ANGLE_MAX: f64 = 20.0;
 
-/// Warns when the first hinge inboard of a node that moves is one pin, and not about the axle.
+/// Warns if the first movable hinge inboard of a node is a single pin whose axis is not the axle.
 pub(crate) fn check(
     mb: &Multibody,
     b: &Bound<'_>,
@@ -41,10 +41,10 @@ pub(crate) fn check(
                 if angle > ANGLE_MAX {
                     let (part, bind) = (&b.spec.part, &b.spec.bind);
                     let fact = format!(
-                        "`{part}`: binding `{bind}`: the axle of `{label}` lies {angle:.0}° across the hinge of `{}`, on which it turns",
+                        "`{part}`: binding `{bind}`: the axle of `{label}` is at {angle:.0}° to the hinge axis of `{}`, about which it rotates",
                         body.name()
                     );
-                    let help = "bind the body that rotates with the wheel, or a node on it whose axis lies along its hinge";
+                    let help = "bind the body that rotates with the wheel, or a node on it whose axis is parallel to its hinge axis";
                     out.warnings.push(Fault::new(b.spec.origin, fact).help(help));
                 }
                 return;

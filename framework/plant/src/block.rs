@@ -1,4 +1,4 @@
-//! The mechanism's operations, with its work space.
+//! The operations of the mechanism, with its work space.
 use crate::forward_jacobian::ForwardJacobian;
 use crate::frame::Frame;
 use crate::plan::MechanismPlan;
@@ -32,9 +32,9 @@ struct ContactMemory {
 pub(crate) struct MechanismBlock {
     pub(crate) plan: Arc<MechanismPlan>,
     pub(crate) w: Wiring,
-    /// The plan's, or one of its own when masses change.
+    /// The tree of the plan, or a copy if masses change.
     pub(crate) tree: Arc<Tree>,
-    /// Of what was added the inertias in `tree` are.
+    /// The added masses that the inertias in `tree` include.
     added: Vec<f64>,
     pub(crate) ws: Workspace,
     /// Number of the evaluation that the kinematics in `ws` belong to.
@@ -49,7 +49,7 @@ pub(crate) struct MechanismBlock {
     pub(crate) tau: Vec<f64>,
     pub(crate) vdot: Vec<f64>,
     pub(crate) motions: Vec<LoopMotion>,
-    /// Made when a stiff method asks first.
+    /// Created when a stiff method first asks for a Jacobian.
     pub(crate) slopes: Option<Box<ForwardJacobian>>,
     pub(crate) q: Vec<f64>,
     pub(crate) dv: Vec<f64>,
@@ -57,9 +57,9 @@ pub(crate) struct MechanismBlock {
     pub(crate) loads: Option<Box<HingeLoads>>,
     /// Sums of normal forces by body.
     pub(crate) weights: Vec<f64>,
-    /// The store: impulses of the last contacts.
+    /// The store, which contains the impulses of the last contacts.
     kept: Vec<ContactMemory>,
-    /// A contact step that was not solved to its tolerance, until the run hears of it once.
+    /// Report of a contact step that was not solved to its tolerance; the run receives it once.
     unsolved: Option<StepReport>,
     unsolved_told: bool,
 }
@@ -69,10 +69,10 @@ fn put3(sig: &mut [f64], at: usize, v: &Vec3) {
     sig[at..at + 3].copy_from_slice(&[v.x, v.y, v.z]);
 }
 
-/// What contact by impulses reports of all that it does.
+/// Number of reports of contact by impulses.
 const CONTACT_NUMBERS: usize = 7;
 
-/// A number that no evaluation has.
+/// A number that no evaluation uses.
 pub(crate) const NEVER: u64 = u64::MAX;
 
 impl MechanismBlock {
@@ -129,8 +129,7 @@ impl MechanismBlock {
         self.motion_lanes() + 2 * self.motions.len()
     }
 
-    /// First signal lanes of the bristles' rates, the reports of constraints, of contact, of pairs and hinges, and the
-    /// accelerations of frames.
+    /// First signal lanes of the rates of bristles, of the reports of constraints, contact, pairs and hinges, and of the accelerations of frames.
     pub(crate) fn output_lanes(&self) -> [usize; 5] {
         let rates = self.w.yd + self.plan.multibody.nv();
         let reports = rates + self.plan.bristles();
@@ -143,7 +142,7 @@ impl MechanismBlock {
         [rates, reports, contact, pairs, hinges + self.plan.load_lanes()]
     }
 
-    /// Kinematics of this evaluation, once.
+    /// Computes the kinematics of this evaluation once.
     pub(crate) fn kinematics(&mut self, now: &EvalTime, x: &[f64]) {
         if self.at != now.number {
             let (q, v) = self.split(x);
@@ -160,7 +159,7 @@ impl MechanismBlock {
         }
     }
 
-    /// Inertias of the bodies that mass is added to, when what is added is not what it was.
+    /// Updates the inertias of bodies with added masses, if these masses have changed.
     fn masses(&mut self, sig: &[f64]) -> Outcome {
         let mut same = true;
         for (was, lane) in self.added.iter_mut().zip(&self.w.ud) {
@@ -182,8 +181,8 @@ impl MechanismBlock {
         Ok(())
     }
 
-    /// Masses, gravity, hinges' own forces and what the wires bring: forces into the work space, torques and prescribed
-    /// accelerations into `tau` and `vdot`, loop motions; rates of bristles into `rates`.
+    /// Collects masses, gravity, internal forces of hinges and inputs from wires: forces in the work space, torques and prescribed accelerations in
+    /// `tau` and `vdot`, loop motions, and rates of bristles in `rates`.
     pub(crate) fn forces(&mut self, now: &EvalTime, x: &[f64], sig: &[f64]) -> Outcome {
         if !self.plan.varies.is_empty() {
             self.masses(sig)?;
@@ -275,7 +274,7 @@ impl MechanismBlock {
         }
     }
 
-    /// What bodies touch, to those who asked for it: copies of the reports.
+    /// Writes the touch reports of bodies to the ports of parts that read them.
     pub(crate) fn put_touches(&self, sig: &mut [f64]) {
         let [_, _, _, pairs, accels] = self.output_lanes();
         let (ports, touched) = (&self.plan.ports, &self.plan.touched);
@@ -288,7 +287,7 @@ impl MechanismBlock {
         }
     }
 
-    /// What compliant contact does.
+    /// Writes the reports of compliant contact.
     fn put_contact(&mut self, sig: &mut [f64]) {
         if self.compliant.is_none() {
             return;
@@ -309,7 +308,7 @@ impl MechanismBlock {
         self.put_touches(sig);
     }
 
-    /// Errors and forces of the constraints.
+    /// Writes the errors and forces of constraints.
     fn put_constraints(&mut self, q: &[f64], sig: &mut [f64]) {
         if self.solver.is_none() {
             return;
@@ -591,10 +590,10 @@ impl Block for MechanismBlock {
             return Vec::new();
         }
         let fact = format!(
-            "{}: held only while prescribed motions agree with each other",
+            "{}: these constraints hold only as long as the prescribed motions are compatible with each other",
             over.join(", ")
         );
-        let help = "take `prescribed` out of all but as many hinges as the mechanism has degrees of freedom";
+        let help = "prescribe at most as many hinges as the mechanism has degrees of freedom";
         vec![BuildError::new(fact).help(help)]
     }
 
@@ -607,10 +606,10 @@ impl Block for MechanismBlock {
         self.unsolved_told = true;
         let tolerance = self.stepper.as_ref()?.settings.solver.tolerance;
         let fact = format!(
-            "a contact step was not solved: residual {:.1e} of the greatest velocity where `tolerance` is {tolerance:.1e} ({} contact points in {} islands); `contact.residual` has it for every step",
+            "a contact step did not converge: its residual is {:.1e} of the greatest velocity, but `tolerance` is {tolerance:.1e} ({} contact points in {} islands); `contact.residual` shows the residual of every step",
             report.measure.residual, report.contacts, report.islands
         );
-        let help = "raise `sweeps` and `steps` of `contact`, use `method: Auto`, take a shorter step, or accept more with `tolerance`";
+        let help = "increase `sweeps` and `steps` of `contact`, use `method: Auto`, use a shorter step, or increase `tolerance`";
         Some(BuildError::new(fact).help(help))
     }
 

@@ -4,14 +4,15 @@
 //! near      the independence of the rows is below 0.1: links are in line within about 6 degrees
 //! jump      max |β₁ − β₀| > 0.1 max |β₀|          β₀, β₁: rates before and after the projection
 //! ```
-//! A parallelogram whose links are in line may continue as a parallelogram or as an anti-parallelogram: positions and constraints
-//! permit both, rates only one. A step follows that one within its error, and the projection at its end removes this error alone. So a
-//! projection that changes the rates by a large part shows that the step was too long: it ended on the other branch, or stopped there.
+//! A parallelogram whose links are in line may continue as a parallelogram or as an anti-parallelogram: positions and constraints permit both, but
+//! the rates permit only one. A sufficiently short step follows this branch within its error, and the projection at its end removes only this error.
+//! Therefore a projection that changes the rates by a large fraction shows that the step was too long: it ended on the other branch, or stopped
+//! there.
 use crate::plan::MechanismPlan;
 use linkwork_runtime::Failure;
 use linkwork_solvers::NEAR;
 
-/// Part of the rates that a projection may change there.
+/// Fraction of the rates that a projection may change there.
 const RATES: f64 = 0.1;
 
 fn greatest(x: impl Iterator<Item = f64>) -> f64 {
@@ -39,9 +40,9 @@ pub(crate) fn check(
     let constraints = plan.multibody.constraints();
     let names: Vec<&str> = constraints.map(|c| plan.multibody.constraint_name(c)).collect();
     let message = format!(
-        "the constraints ({}) nearly lose rank here, as where links are in line, and the step ended {jump:.3} (rad/s or m/s) off the rates that they permit (the fastest is {fastest:.3}): the mechanism would change to another branch of its motion",
+        "the constraints ({}) are nearly singular here, for example because links are in line, and at the end of the step the rates violate them by {jump:.3} rad/s or m/s (the largest rate is {fastest:.3}): the mechanism would jump to another branch of its motion",
         names.join(", "),
     );
-    let help = "take a shorter step or a finer `accuracy`; or add a constraint that decides, as a second parallel link does";
+    let help = "use a shorter step or smaller tolerances in `accuracy`; or add a constraint that selects the branch, such as a second parallel link";
     Err(Box::new(Failure { message, help: Some(help.into()) }))
 }

@@ -47,7 +47,9 @@ pub(crate) fn carry(
     notes.extend(list("added", &carried.added));
     notes.extend(list("gone", &carried.gone));
     if closed {
-        notes.push("rates were brought onto the loops and couplings by an inelastic impact".into());
+        notes.push(
+            "rates were made compatible with the loops and couplings by an inelastic impact".into(),
+        );
     }
     if let Some(report) = carried.report.filter(|_| !notes.is_empty()) {
         notes.push(books(&report));
@@ -83,7 +85,7 @@ fn loop_motions(new: &MechanismPlan, old: &MechanismPlan, from: &[f64], to: &mut
     }
 }
 
-/// Gaps of loops that both have go on; those of the others, which are returned, are to be found.
+/// Continues the gaps of loops that both mechanisms have; returns the other loops, whose gaps must be computed.
 fn gaps<'a>(
     new: &'a MechanismPlan,
     old: &MechanismPlan,
@@ -106,8 +108,8 @@ fn gaps<'a>(
     fresh
 }
 
-/// Puts the state onto the loops and couplings of the new mechanism, whose `bodies` have other masses
-/// than in its file, with gaps that are `fresh` as they are found; whether rates changed by it.
+/// Projects the state onto the loops and couplings of the new mechanism; `bodies` have other masses than in the file, and the gaps of `fresh` loops
+/// are computed. Returns whether rates changed.
 fn close(
     new: &MechanismPlan,
     bodies: Option<&Multibody>,
@@ -158,7 +160,7 @@ fn close(
     Ok(before.iter().zip(&*v).any(|(a, b)| (a - b).abs() > 1e-9 * fastest))
 }
 
-/// Momentum and energy in words.
+/// Formats momentum and energy for a report.
 fn books(r: &Report) -> String {
     let vector = |v: &linkwork_spatial::Vec3| format!("({:.9e}, {:.9e}, {:.9e})", v.x, v.y, v.z);
     format!(

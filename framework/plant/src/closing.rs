@@ -1,11 +1,11 @@
-//! The state of a mechanism back onto its constraints, and what that does to small changes of it.
+//! Projection of the state of a mechanism onto its constraints, and its effect on small changes of the state.
 use crate::block::{MechanismBlock, NEVER};
 use crate::branch;
 use linkwork_runtime::{Failure, Outcome};
 use linkwork_solvers::{ConstrainedSolver, NEAR};
 
 impl MechanismBlock {
-    /// Positions and rates back onto the constraints.
+    /// Projects positions and rates onto the constraints.
     pub(crate) fn close(&mut self, x: &mut [f64]) -> Outcome {
         self.read_motions(x);
         self.at = NEVER;

@@ -6,13 +6,13 @@ use linkwork_spatial::nalgebra::DMatrix;
 
 /// Work space.
 pub(crate) struct ForwardJacobian {
-    /// `None`: bodies bend, and the kernels have none.
+    /// `None` for flexible bodies, for which the kernels have no derivatives.
     pub(crate) derivatives: Option<Derivatives>,
     /// ∂v̇/∂q along v, ∂v̇/∂v, ∂v̇/∂τ: nv × nv, row by row.
     pub(crate) by_q: Vec<f64>,
     pub(crate) by_v: Vec<f64>,
     pub(crate) by_tau: Vec<f64>,
-    /// Of a frame, 6 × nv, row by row.
+    /// Jacobian of a frame, 6 × nv, by rows.
     pub(crate) J: Vec<f64>,
     /// M⁻¹ Jᵀ, nv × 6.
     pub(crate) response: DMatrix<f64>,

@@ -1,26 +1,27 @@
-//! Gaps of loops: a loop that does not close at once holds its ends as far apart as it finds them, and then brings them together.
+//! Gaps of loops: a loop that is not closed immediately keeps the initial distance of its ends, and can then close it.
 //!
 //! ```text
 //! d(q) = g                          each row of the loop; where the ends are found g = d
 //! over a time T                     g̈ = −2 ω ġ − ω² g from ġ = ḋ,  ω = W/T,  (1 + W) e^−W = 1/100
 //! as found                          ġ = g̈ = 0
 //! ```
-//! g and ġ are states. Over a time neither poses nor velocities jump; as found velocities do, as far as the ends moved against each other.
+//! g and ġ are states. If the gap closes over a time, neither poses nor velocities jump; if it is kept, velocities jump by the relative velocity of
+//! the ends.
 use linkwork_dynamics::{Tree, Workspace, kinematics};
 use linkwork_multibody::{LoopMotion, Multibody};
 use linkwork_solvers::ConstrainedSolver;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// W: after T a gap that was at rest is a hundredth of what it was.
+/// W: after T a gap that was at rest has a hundredth of its initial size.
 const SETTLED: f64 = 6.638_352_067_993_813;
 
-/// How a loop with gaps closes.
+/// Treatment of a loop with gaps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Closing {
-    /// In this time, s: the gap is a hundredth then.
+    /// The gap closes to a hundredth in this time, s.
     Over(f64),
-    /// Not at all: the ends stay as they are found.
+    /// The gap is kept.
     AsFound,
 }
 
@@ -29,14 +30,14 @@ pub enum Closing {
 pub(crate) struct Gaps {
     /// Place among the loops.
     pub which: usize,
-    /// Places among the loop motions.
+    /// Indices of the loop motions.
     pub motions: Range<usize>,
     /// ω, rad/s; zero: as found.
     omega: f64,
 }
 
 impl Gaps {
-    /// Of all loops that have them; what `closings` does not name stays as found.
+    /// Returns the gaps of all loops that have gaps; loops that `closings` does not name keep their gaps.
     pub fn all(m: &Multibody, closings: &BTreeMap<String, Closing>) -> Vec<Gaps> {
         let apart = m.loops().iter().enumerate().filter(|(_, l)| !l.gaps.is_empty());
         let gaps = apart.map(|(which, l)| {
@@ -59,7 +60,7 @@ impl Gaps {
         [-self.omega * self.omega, -2.0 * self.omega]
     }
 
-    /// g and ġ where the ends are at the state (q, β) of `ws`.
+    /// Computes g and ġ of the ends at the state (q, β) of `ws`.
     pub fn find(
         &self,
         tree: &Tree,

@@ -1,4 +1,4 @@
-//! The mechanism as what parts bind to: it lowers bindings to ports and wires.
+//! The mechanism as the host of bindings: it converts bindings to ports and wires.
 use crate::part::MechanismPart;
 use crate::ports::MechanismPorts;
 use crate::spec::{MechanismSpec, RollingOn};
@@ -15,14 +15,14 @@ use linkwork_spatial::{Pose, Quat, Vec3, nalgebra};
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// A terrain as a collider of the world: triangles between the points of its grid, smooth for what rolls, with the friction of its soil at each place;
-/// without a soil `friction`.
+/// Converts a terrain to a collider of the world: triangles between the points of its grid, smooth for rolling bodies, with the friction of its soil
+/// at each point; without a soil with `friction`.
 fn ground(terrain: &Arc<dyn Terrain>, friction: Option<f64>) -> Result<ColliderSpec, BuildError> {
     if friction.is_none() {
         terrain.needs_soil().map_err(|e| {
             let help = e.help.clone().unwrap_or_default();
             e.help(format!(
-                "{help}; or `friction: 0.6` in `contact`, which is then that of the ground"
+                "{help}; or write `friction: 0.6` in `contact`, which then applies to the ground"
             ))
         })?;
     }
@@ -86,7 +86,8 @@ impl Host for MechanismSpec {
 }
 
 /// A warning for a start on an orbit that passes through the central body, or inside of it: lengths without a unit are metres, and
-/// `semi_major_axis: 7000` is easily written for 7000 km. What starts in named axes or over the ground may be an ascent or an entry.
+/// `semi_major_axis: 7000` is easily written for 7000 km. Starts in named axes or over the ground are not checked, because they may be an ascent or
+/// an entry.
 fn through_the_body(world: &dyn World, s: &BodyStart, (p, v): (Vec3, Vec3)) -> Option<Fault> {
     if let Axes::Level(_) = world.axes() {
         return None;
@@ -96,7 +97,7 @@ fn through_the_body(world: &dyn World, s: &BodyStart, (p, v): (Vec3, Vec3)) -> O
     let polar = world.radius() * (1.0 - world.flattening());
     let body = &s.body;
     let fault = |fact: String| {
-        let help = "lengths without a unit are metres: write `semi_major_axis: \"7000 km\"`; for an ascent or an entry this is as it should be";
+        let help = "lengths without a unit are metres: write `semi_major_axis: \"7000 km\"`; ignore this warning for an ascent or an entry";
         Some(Fault::new(s.origin, fact).help(help))
     };
     // The position is below the ground of any site.
@@ -125,12 +126,12 @@ fn through_the_body(world: &dyn World, s: &BodyStart, (p, v): (Vec3, Vec3)) -> O
 }
 
 impl MechanismSpec {
-    /// Puts bodies where the world has their starts.
+    /// Sets bodies to the starts that the world computes.
     fn begin(&mut self, services: &Services, out: &mut Lowering<'_>) {
         let Some(world) = services.world() else {
             for s in &self.starts {
                 let fact = format!(
-                    "body `{}` starts on an orbit or in named axes, and the simulation has no `world`",
+                    "body `{}` starts on an orbit or in named axes, but the simulation has no `world`",
                     s.body
                 );
                 let help = "write `world: (body: \"earth\")` in the simulation, or `position` and `velocity`";
@@ -161,13 +162,13 @@ impl MechanismSpec {
         }
     }
 
-    /// The shapes that meet, of either kind of contact.
+    /// Returns the colliders, for either kind of contact.
     pub(crate) fn colliders(&self) -> Option<&Colliders> {
         let impulses = self.contact.as_ref().map(|c| &c.colliders);
         impulses.or(self.compliant.as_ref().map(|c| &c.0)).map(|c| &**c)
     }
 
-    /// The machines that roll, with their ground.
+    /// Returns the machines that roll, with their ground.
     fn rolling(
         &self,
         services: &Services,
@@ -188,7 +189,7 @@ impl MechanismSpec {
         }
     }
 
-    /// Tractions are for the wheels of machines that are quasi-static, and each of these has one.
+    /// Checks that exactly the wheels of quasi-static machines have tractions.
     fn tractions(&self, ports: &MechanismPorts, out: &mut Lowering<'_>) {
         let (origin, wheels) = match &self.kinematic {
             Some(spec) if spec.quasi_static => {
@@ -203,11 +204,10 @@ impl MechanismSpec {
             out.faults.push(Fault::new(origin, fact).help(help));
         };
         for body in wheels.iter().filter(|b| !ports.tractions.contains(b)) {
-            let help =
-                "bind a model to it that gives its traction, as `mobility.wheel_soil_quasi_static`";
+            let help = "bind a model that computes its traction, such as `mobility.wheel_soil_quasi_static`";
             fault(
                 *body,
-                "is a wheel of a quasi-static machine, and nothing says how the ground resists it",
+                "is a wheel of a quasi-static machine, but no model computes its traction",
                 help,
             );
         }
@@ -215,13 +215,13 @@ impl MechanismSpec {
             let help = "write `motion: \"quasi_static\"` in `place` with the wheel in its `wheels`, or bind a model of another kind";
             fault(
                 *body,
-                "has a model for the wheels of quasi-static machines, and it is none",
+                "has a model for wheels of quasi-static machines, but it is not such a wheel",
                 help,
             );
         }
     }
 
-    /// Bodies with a collider, or that roll, in their order.
+    /// Returns the bodies with a collider, and those that roll, in their order.
     pub(crate) fn touched(&self) -> Vec<BodyId> {
         let Some(spec) = &self.kinematic else { return crate::touch::touched(self.colliders()) };
         let wheels = spec.vehicles.iter().flat_map(|v| v.wheels.iter().map(|w| w.0));
@@ -231,7 +231,7 @@ impl MechanismSpec {
         all
     }
 
-    /// A part that reads what a body touches wants one that can touch something.
+    /// Reports parts that read the touch port of a body that cannot touch anything.
     fn touches(&self, bound: &[Bound<'_>], out: &mut Lowering<'_>) {
         let touched = self.touched();
         for b in
@@ -243,14 +243,14 @@ impl MechanismSpec {
             if touched.binary_search(&body).is_err() {
                 let (part, bind) = (&b.spec.part, &b.spec.bind);
                 let name = self.multibody.get(body).name();
-                let fact = format!("`{part}`: binding `{bind}`: nothing touches `{name}`");
-                let help = "give it a shape that collides, and write `contact` in the simulation; a wheel that moves by kinematics is one of `place`";
+                let fact = format!("`{part}`: binding `{bind}`: `{name}` cannot touch anything");
+                let help = "give it a shape with `collide: true`, and write `contact` in the simulation; or list it in `wheels` of `place`, for a machine without inertia";
                 out.faults.push(Fault::new(b.spec.origin, fact).help(help));
             }
         }
     }
 
-    /// A part that moves the surface of a body needs one that can touch something, and is alone in saying how the surface moves.
+    /// Checks that a body whose surface a part moves can touch something, and that no other part moves this surface.
     fn conveys(&self, bound: &[Bound<'_>], out: &mut Lowering<'_>) {
         let moves =
             |b: &&Bound<'_>| b.ports.iter().any(|(p, _)| p.kind == PortKind::SurfaceVelocity);
@@ -264,10 +264,8 @@ impl MechanismSpec {
             let mut own = all.iter().flat_map(|c| c.ids().map(move |id| (c, id)));
             let own: Vec<_> = own.by_ref().filter(|(c, id)| c.body(*id) == Some(body)).collect();
             if own.is_empty() {
-                let fact = format!(
-                    "`{part}`: binding `{bind}`: `{name}` has no surface that touches others"
-                );
-                let help = "give it a shape that collides, and write `contact` in the simulation; a belt that stands on the ground is a body with a `Locked` hinge";
+                let fact = format!("`{part}`: binding `{bind}`: `{name}` has no collision shape");
+                let help = "give it a shape with `collide: true`, and write `contact` in the simulation; a belt that is fixed to the ground is a body with a `Locked` hinge";
                 out.faults.push(Fault::new(b.spec.origin, fact).help(help));
             }
             for (colliders, id) in own {
@@ -276,16 +274,16 @@ impl MechanismSpec {
                     continue;
                 }
                 let fact = format!(
-                    "`{part}`: binding `{bind}` moves the surface of `{name}`, and its shape `{}` has a constant `surface_velocity`",
+                    "`{part}`: binding `{bind}` moves the surface of `{name}`, but its shape `{}` has a constant `surface_velocity`",
                     spec.name
                 );
-                let help = "take `surface_velocity` out of the shape, or the binding out";
+                let help = "remove `surface_velocity` from the shape, or remove the binding";
                 out.faults.push(Fault::new(b.spec.origin, fact).help(help));
             }
         }
     }
 
-    /// With the terrain among the colliders, when contact meets one.
+    /// Returns the specification with the terrain among the colliders, if contact uses a terrain.
     fn on_terrain(&self, services: &Services, out: &mut Lowering<'_>) -> Cow<'_, MechanismSpec> {
         let here = Cow::Borrowed(self);
         let named = self.terrain.as_deref();
@@ -296,8 +294,10 @@ impl MechanismSpec {
             let rules = colliders.rules();
             let mut pairs = rules.ignore.iter().chain(&rules.collide);
             if pairs.any(|pair| pair.iter().any(|name| name == TERRAIN)) {
-                let fact = format!("`contact`: a pair names `{TERRAIN}`, and bodies meet none");
-                let help = "add a terrain part, or take the pair out";
+                let fact = format!(
+                    "`contact`: a pair names `{TERRAIN}`, but there is no terrain with which bodies collide"
+                );
+                let help = "add a terrain part, or remove the pair";
                 out.warnings.push(Fault::new(self.origin, fact).help(help));
             }
             return here;
@@ -312,7 +312,7 @@ impl MechanismSpec {
                 fault(
                     fact,
                     format!(
-                        "{help}; in `contact` it is `terrain: \"<path>\"` or `terrain: \"none\"`"
+                        "{help}; write it in `contact`: `terrain: \"<path>\"` or `terrain: \"none\"`"
                     ),
                 );
                 return here;
@@ -346,7 +346,7 @@ impl MechanismSpec {
         }
     }
 
-    /// Warns of wheels that their model and their shape carry on the same ground.
+    /// Warns of wheels that both their model and their shape support on the same ground.
     fn twice(&self, bound: &[Bound<'_>], out: &mut Lowering<'_>) {
         let Some(colliders) = self.colliders() else { return };
         let Some(terrain) = colliders.find(TERRAIN) else { return };
@@ -358,15 +358,14 @@ impl MechanismSpec {
             let Some(shape) = colliders.ids().find(meets) else { continue };
             let (part, name) = (&b.spec.part, &colliders.spec(shape).name);
             let fact = format!(
-                "`{part}`: the shape `{name}` of its wheel meets the terrain, too: the ground carries it twice"
+                "`{part}`: the shape `{name}` of its wheel also collides with the terrain, so the ground would support the wheel twice"
             );
-            let help =
-                "write `collide: (terrain: false)` in the shape, which then meets bodies alone";
+            let help = "write `collide: (terrain: false)` in the shape, which then collides with bodies only";
             out.warnings.push(Fault::new(b.spec.origin, fact).help(help));
         }
     }
 
-    /// Warns of free bodies that carry others and have no mass, with what is fixed to them: most often it was forgotten.
+    /// Warns of free bodies without mass that carry others, because the mass was probably forgotten; bodies fixed to them count, too.
     fn find_massless(&self, out: &mut Lowering<'_>) {
         let bodies = self.multibody.bodies();
         for (id, body) in self.multibody.body_ids().zip(bodies).filter(|(_, b)| b.is_free()) {
@@ -377,14 +376,14 @@ impl MechanismSpec {
             };
             let mut with_it = self.multibody.subtree(id).filter(fixed);
             if with_it.all(|b| of(b).mass_properties().mass == 0.0) {
-                let fact = format!("`{}` is free and has no mass", body.name());
-                let help = "write its `mass` and `inertia`; without them the bodies on its hinges carry it";
+                let fact = format!("`{}` is free, but it has no mass", body.name());
+                let help = "write its `mass` and `inertia`; without them only the bodies attached to it have mass";
                 out.warnings.push(Fault::new(self.origin, fact).help(help));
             }
         }
     }
 
-    /// The named field, or the only one; none when there is none, or `"none"` is written.
+    /// Returns the named gravity field or the only one; `None` if there is none or `"none"` is written.
     fn find_gravity(
         &self,
         services: &Services,
@@ -407,7 +406,7 @@ impl MechanismSpec {
                     && b.subhinges().iter().any(|s| s.subhinge.kind == SubhingeKind::Free)
             };
             if let Some(body) = self.multibody.bodies().iter().find(free) {
-                let fact = format!("`{}` is free and there is no gravity", body.name());
+                let fact = format!("`{}` is free, but there is no gravity", body.name());
                 let help = "add a gravity part, e.g. `environment.uniform_gravity`; for a flight without it write gravity: \"none\"";
                 out.warnings.push(Fault::new(self.origin, fact).help(help));
             }

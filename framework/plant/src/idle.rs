@@ -1,4 +1,4 @@
-//! Settings of hinges, and whether they act in this phase.
+//! Returns the settings of hinges, and whether they act in this phase.
 //!
 //! ```text
 //! prescribed hinge         the motion is given, so spring, damping, friction and limits do not act
@@ -11,7 +11,7 @@ use linkwork_multibody::{BallLimits, Coordinate, Friction, Spring, Stop, Subhing
 use linkwork_runtime::Setting;
 use linkwork_solvers::JointLimits;
 
-/// Whether a subhinge has limits of its position.
+/// Returns whether a subhinge has position limits.
 pub(crate) fn limited(s: &Subhinge) -> bool {
     s.limits.lower.is_finite() || s.limits.upper.is_finite() || s.ball != BallLimits::NONE
 }
@@ -21,7 +21,7 @@ type Idle = (&'static str, &'static str);
 
 const PRESCRIBED: Idle = (
     "the hinge is prescribed",
-    "remove them, or remove `prescribed` if forces shall move the hinge",
+    "remove them, or remove `prescribed` if forces are to move the hinge",
 );
 const KINEMATIC: Idle = (
     "`place` moves the machine without inertia",
@@ -83,7 +83,7 @@ impl MechanismSpec {
         if s.gear != 1.0 {
             let idle = (
                 "it only scales `armature`, which is 0",
-                "remove `gear`, or write the inertia of the rotor as `armature`; a motor has a gear ratio of its own",
+                "remove `gear`, or write the inertia of the rotor as `armature`; a motor has its own gear ratio",
             );
             out.push(("gear", (s.armature == 0.0).then_some(idle)));
         }
@@ -92,8 +92,8 @@ impl MechanismSpec {
 
     fn idle_friction(&self, f: Friction) -> Option<Idle> {
         (self.contact.is_none() && f.rate == 0.0).then_some((
-            "it is dry, which only contact by impulses supports",
-            "write `friction: (force: .., rate: ..)` for a smooth form, use `contact`, or remove it",
+            "it is dry friction, which only contact by impulses supports",
+            "write `friction: (force: .., rate: ..)` for smooth friction, add `contact`, or remove it",
         ))
     }
 

@@ -1,4 +1,4 @@
-//! Derivatives of the mechanism's operations, for stiff methods: from the kernels where they have them.
+//! Derivatives of the operations of the mechanism, for stiff methods; they come from the kernels where these provide them.
 //!
 //! ```text
 //! v̇ = M⁻¹ (τ + Jᵀ w − …)         w: wrenches in world axes at frames, J: their Jacobians
@@ -6,8 +6,8 @@
 //! ∂v̇/∂q = kernel − M⁻¹ Jᵀ (ω_i × w)     the kernel takes wrenches for fixed in their bodies; ω_i: rotation by qᵢ
 //! lanes of q: ∂/∂q = ∂/∂β-direction N⁺,  q̇ = N v;  lengths of quaternions change nothing
 //! ```
-//! A rigid tree without constraints, compliant contact, masses that change, accelerations that are read, or gravity
-//! that depends on place has all of it; the others leave these columns to differences.
+//! All derivatives are available for a rigid tree without constraints, compliant contact, variable masses, accelerations that are read, or gravity
+//! that depends on position; otherwise these columns are computed by differences.
 #![allow(non_snake_case)]
 use crate::block::MechanismBlock;
 use crate::forward_jacobian::ForwardJacobian;
@@ -18,7 +18,7 @@ use linkwork_spatial::nalgebra::Vector6;
 use linkwork_spatial::{Force, Vec3};
 
 impl MechanismBlock {
-    /// Whether the kernels have all derivatives of `feedthrough`.
+    /// Returns whether the kernels provide all derivatives of `feedthrough`.
     fn differentiable(&self) -> bool {
         let plan = &*self.plan;
         self.solver.is_none()
@@ -34,8 +34,8 @@ impl MechanismBlock {
             && !self.tree.is_flexible()
     }
 
-    /// Hinge states are states; velocities of frames are linear in v. Poses and velocities by q are left to
-    /// differences where frames are read.
+    /// Hinge states are states; velocities of frames are linear in v. Derivatives of poses and velocities of frames with respect to q are computed by
+    /// differences.
     pub(crate) fn output_jacobian(&mut self, now: &EvalTime, x: &[f64], out: &mut Jacobian) {
         self.kinematics(now, x);
         let plan = self.plan.clone();
@@ -80,7 +80,7 @@ impl MechanismBlock {
         }
     }
 
-    /// The work space, made once.
+    /// Returns the work space, which is created once.
     fn forward_slopes(&mut self) -> Box<ForwardJacobian> {
         match self.slopes.take() {
             Some(slopes) => slopes,
@@ -95,7 +95,7 @@ impl MechanismBlock {
         }
     }
 
-    /// ∂v̇ by the block's states, and by torques and wrenches.
+    /// Computes the derivatives of v̇ with respect to the states of the block, torques and wrenches.
     pub(crate) fn feedthrough_jacobian(
         &mut self,
         now: &EvalTime,
@@ -183,7 +183,7 @@ impl MechanismBlock {
         });
     }
 
-    /// The response to a wrench at a frame; and takes back that the kernel turns it with its body.
+    /// Computes the response to a wrench at a frame, and removes the rotation of the wrench with its body that the kernel includes.
     fn wrench_slopes(&self, s: &mut ForwardJacobian, frame: Frame, w: [f64; 6]) {
         let nv = self.tree.nv();
         self.jacobian(frame, &mut s.J);

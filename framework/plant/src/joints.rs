@@ -1,4 +1,4 @@
-//! Damping, dry friction and stops of hinges: forces on coordinates that depend on their own motion.
+//! Damping, dry friction and stops of hinges: forces on coordinates that depend on the motion of the same coordinate.
 //!
 //! ```text
 //! damping    τ = −d q̇
@@ -9,13 +9,12 @@
 //!
 //! usual stop     k = m (0.2 / h)²,  c = 1 s/rad or 10 s/m
 //! ```
-//! m is the inertia behind the coordinate at the start, 1 / (M⁻¹)ᵢᵢ of the tree, loops left out; of a ball that along the direction d
-//! in which the limit is passed, 1 / (d* M⁻¹ d). A
-//! coordinate that meets a usual stop at the speed v, pushed by an acceleration a, passes it by no more
-//! than 5 h v + 50 h² a while the inertia is m; with μ m, by √μ of the first and μ of the second. With
-//! semi-implicit Euler it may be a step's motion, h v, more. It comes back no faster than it went in.
-//! With contact the step is explicit in damping and requires h d / m < 2. Prescribed coordinates feel
-//! none of these.
+//! m is the effective inertia of the coordinate at the start, 1 / (M⁻¹)ᵢᵢ of the tree without loops; for a ball it is that along the direction d in
+//! which the limit is exceeded, 1 / (d* M⁻¹ d). A coordinate that meets a default stop at the speed v, driven by an acceleration a, exceeds it by at
+//! most 5 h v + 50 h² a if the inertia is m; if it is μ m, the first term is multiplied by √μ and the second by μ. With semi-implicit Euler it may be
+//! more by the motion in one step, h v. It does not return faster than it entered the stop. With contact the step is explicit in damping and requires
+//! h d / m <
+//! 2. These forces do not act on prescribed coordinates.
 use crate::idle::limited;
 use crate::spec::MechanismSpec;
 use linkwork_dynamics::{Tree, Workspace, apply_inverse_mass, inverse_mass_diagonal, kinematics};
@@ -27,9 +26,9 @@ use linkwork_runtime::Fault;
 use linkwork_solvers::JointLimits;
 use linkwork_spatial::{Mat3, Quat, Vec3, nalgebra};
 
-/// Natural frequency of a usual stop in radians a step.
+/// Natural frequency of a default stop, in radians per step.
 const SOFT: f64 = 0.2;
-/// Above this part of a step an explicit method amplifies what decays.
+/// Ratio of step to decay time above which an explicit method amplifies decaying motions.
 const STABLE: f64 = 2.0;
 
 /// A stop of one coordinate.
@@ -42,7 +41,7 @@ struct SoftStop {
     law: StopLaw,
 }
 
-/// How a stop pushes back.
+/// Law of force of a stop.
 #[derive(Clone, Copy, Debug)]
 struct StopLaw {
     stiffness: f64,
@@ -51,14 +50,14 @@ struct StopLaw {
     returns: Option<f64>,
 }
 
-/// Limits of a ball with their stop.
+/// Limits of a ball hinge with their stop.
 #[derive(Clone, Copy, Debug)]
 struct BallStop {
     q: usize,
     v: usize,
     limits: BallLimits,
     law: StopLaw,
-    /// M⁻¹ of its three rates, where the law has the stiffness for a unit inertia.
+    /// M⁻¹ of its three rates, if the law has the stiffness for a unit inertia.
     mobility: Option<Mat3>,
 }
 
@@ -70,19 +69,19 @@ impl BallStop {
     }
 }
 
-/// Rate over which a stop with restitution goes from pressing to returning, rad/s or m/s.
+/// Range of rates in which a stop with restitution changes from the compression force to the return force, rad/s or m/s.
 const TURNS: f64 = 0.01;
 
-/// Forces of hinges by place in β; empty where no hinge has any.
+/// Forces of hinges by index in β; empty if no hinge has any.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct JointForces {
     damping: Vec<(usize, f64)>,
     /// Place, force, 1 / rate.
     friction: Vec<(usize, f64, f64)>,
     stops: Vec<SoftStop>,
-    /// Place in q, in β, stiffness, rest.
+    /// Index in q, index in β, stiffness, rest position.
     springs: Vec<(usize, usize, f64, f64)>,
-    /// Springs of balls: place in q, place in β, stiffness.
+    /// Springs of balls: index in q, index in β, stiffness.
     ball_springs: Vec<(usize, usize, f64)>,
     ball_stops: Vec<BallStop>,
 }
@@ -135,7 +134,7 @@ impl JointForces {
         }
     }
 
-    /// Whether forces of balls act, whose derivatives are not known here.
+    /// Returns whether forces of balls act, whose derivatives are not available here.
     pub fn has_balls(&self) -> bool {
         !(self.ball_springs.is_empty() && self.ball_stops.is_empty())
     }
@@ -158,8 +157,7 @@ impl JointForces {
         }
     }
 
-    /// Derivatives of what [`JointForces::add`] adds: `each` gets a place in β, ∂τ/∂q and ∂τ/∂β of that coordinate,
-    /// once for each force.
+    /// Derivatives of what [`JointForces::add`] adds: Calls `each` once for each force, with an index in β, ∂τ/∂q and ∂τ/∂β of that coordinate.
     pub fn jacobian(&self, q: &[f64], v: &[f64], mut each: impl FnMut(usize, f64, f64)) {
         for &(i, d) in &self.damping {
             each(i, 0.0, -d);
@@ -192,7 +190,7 @@ fn rotation(q: &[f64], at: usize) -> Quat {
 }
 
 impl StopLaw {
-    /// Inwards, at the depth `p` that grows by `rate`.
+    /// Returns the force towards the range at the depth `p` that grows with `rate`.
     fn force(&self, p: f64, rate: f64) -> f64 {
         if let Some(e2) = self.returns {
             return self.stiffness * p * 0.5 * ((1.0 + e2) + (1.0 - e2) * (rate / TURNS).tanh());
@@ -200,7 +198,7 @@ impl StopLaw {
         self.stiffness * p * (1.0 + (self.damping * rate).min(1.0)).max(0.0)
     }
 
-    /// ∂ of [`StopLaw::force`] by depth and rate.
+    /// Returns the derivatives of [`StopLaw::force`] with respect to depth and rate.
     fn jacobian(&self, p: f64, rate: f64) -> (f64, f64) {
         if let Some(e2) = self.returns {
             let part = (rate / TURNS).tanh();
@@ -215,7 +213,7 @@ impl StopLaw {
     }
 }
 
-/// Dry friction of hinges for the contact stepper: place in β, force; what `given` has stays.
+/// Returns the dry friction of hinges for the contact stepper: index in β, and force; entries of `given` are kept.
 pub(crate) fn dry(m: &Multibody, given: &mut Vec<(usize, f64)>) {
     for (_, s) in m.subhinges().filter(|(_, s)| moves(s)) {
         let force = s.subhinge.friction.force;
@@ -229,18 +227,18 @@ fn moves(s: &SubhingeRange) -> bool {
     s.subhinge.coordinate == Coordinate::Free && !s.v.is_empty()
 }
 
-/// One hinge with something to say.
+/// One hinge with settings.
 struct At<'a> {
     spec: &'a MechanismSpec,
     body: &'a str,
     range: &'a SubhingeRange,
-    /// 1 / (M⁻¹)ᵢᵢ of its coordinates, the least; `None`: unknown.
+    /// Least 1 / (M⁻¹)ᵢᵢ of its coordinates; `None`: unknown.
     inertia: Option<f64>,
     /// M⁻¹ of the three rates of a ball.
     mobility: Option<Mat3>,
 }
 
-/// M⁻¹ of three rates at the kinematics of `ws`; `None` where it is singular.
+/// Returns M⁻¹ of three rates at the kinematics of `ws`; `None` if it is singular.
 fn mobility(tree: &Tree, ws: &mut Workspace, first: usize) -> Option<Mat3> {
     let mut out = Mat3::zeros();
     let mut column = vec![0.0; tree.nv()];
@@ -327,7 +325,7 @@ impl At<'_> {
             _ => {
                 self.warn(
                     warnings,
-                    "its limits do not act: the step, or the inertia behind them, is not known",
+                    "its limits have no effect, because their stiffness cannot be computed: the step or the moved inertia is not known",
                     "write `stop: (stiffness: ..)`, or `stop: false` if it may pass them",
                 );
                 return;
@@ -349,7 +347,7 @@ impl At<'_> {
         out.stops.push(SoftStop { q, v, lower, upper, law });
     }
 
-    /// A start outside the limits, from which a stop or contact throws or pushes it back.
+    /// Warns of a start outside the limits, from which a stop or contact pushes the coordinate back.
     fn outside(&self, warnings: &mut Vec<Fault>) {
         let s = &self.range.subhinge;
         if !limited(s) {
@@ -357,16 +355,16 @@ impl At<'_> {
         }
         let help = match self.spec.contact {
             Some(_) => {
-                "begin within the limits, or write `limits: false` in `contact` if it may pass them"
+                "start within the limits, or write `limits: false` in `contact` if it may pass them"
             }
-            None => "begin within the limits, or write `stop: false` if it may pass them",
+            None => "start within the limits, or write `stop: false` if it may pass them",
         };
         let q = self.range.q.start;
         if s.kind == SubhingeKind::Ball {
             let begins = self.spec.q.get(q..q + 4).map(|q| s.ball.left(q));
             let past = begins.into_iter().flatten().flatten().find(|(left, _)| *left < 0.0);
             if let Some((left, _)) = past {
-                let fact = format!("it begins {:.3} rad past a limit of its ball", -left);
+                let fact = format!("it starts {:.3} rad past a limit of its ball", -left);
                 self.warn(warnings, &fact, help);
             }
             return;
@@ -374,12 +372,12 @@ impl At<'_> {
         let (lower, upper) = (s.limits.lower, s.limits.upper);
         let start = self.spec.q.get(q).copied().unwrap_or_default();
         if start < lower || start > upper {
-            let fact = format!("it begins at {start}, outside its limits {lower} … {upper}");
+            let fact = format!("it starts at {start}, outside its limits {lower} … {upper}");
             self.warn(warnings, &fact, help);
         }
     }
 
-    /// Damping that decays faster than the step can follow.
+    /// Warns of damping whose decay is faster than the step can resolve.
     fn stiff(&self, smooth: bool, warnings: &mut Vec<Fault>) {
         let s = &self.range.subhinge;
         let rubs = smooth && s.friction.force > 0.0 && s.friction.rate > 0.0;
@@ -388,12 +386,12 @@ impl At<'_> {
         let (Some(h), Some(m)) = (self.spec.step, self.inertia) else { return };
         if h * d > STABLE * m {
             let fact = format!(
-                "its damping and friction act within {:.2e} s, the step is {h:.2e} s: explicit \
-                 methods become unstable",
+                "the time constant of its damping and friction is {:.2e} s, but the step is {h:.2e} s: explicit \
+                 methods are unstable",
                 m / d
             );
             let help = format!(
-                "take a step below {:.1e} s, less damping, more armature, or `rodas4p`",
+                "use a step below {:.1e} s, less damping, more armature, or `rodas4p`",
                 STABLE * m / d
             );
             self.warn(warnings, &fact, &help);

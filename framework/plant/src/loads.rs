@@ -1,11 +1,11 @@
-//! Loads of hinges that the file or a part asks for, and their names.
+//! Loads of hinges that the file or a part requests, and their names.
 //!
 //! ```text
 //! reaction_force, reaction_moment   on the body through its hinge, about the origin and in the axes of the hinge's frame on the body
 //! effort                            generalised force at each coordinate: what drives it, or what a prescribed motion takes
 //! ```
-//! They follow from the accelerations of the same instant and all forces on the bodies outboard of the hinge, forces of loops and
-//! contacts among them. In a simulation with contact they are means over the last step, and zero before the first step.
+//! They follow from the accelerations at the same instant and all forces on the bodies outboard of the hinge, including forces of loops and contacts.
+//! In a simulation with contact they are means over the last step, and zero before the first step.
 use crate::block::MechanismBlock;
 use crate::ports::MechanismPorts;
 use crate::reaction::{LANES, Reaction};
@@ -14,7 +14,7 @@ use linkwork_multibody::BodyId;
 use linkwork_runtime::{BindTarget, Bound, Fault, Lowering, PortKind};
 
 impl MechanismSpec {
-    /// Hinges whose load the file or a part asks for, in the order of their bodies.
+    /// Hinges whose load the file or a part requests, in the order of their bodies.
     pub(crate) fn loads(&self, ports: &MechanismPorts) -> Vec<Reaction> {
         let written = self.reactions.iter().filter_map(|name| self.multibody.body(name));
         let mut all: Vec<BodyId> = written.chain(ports.loads.iter().copied()).collect();
@@ -33,10 +33,10 @@ impl MechanismSpec {
     pub(crate) fn check_loads(&self, bound: &[Bound<'_>], out: &mut Lowering<'_>) {
         if self.kinematic.is_some() && !self.reactions.is_empty() {
             let fact = format!(
-                "`reaction` of {}: the machine moves by kinematics, and hinges have no loads then",
+                "`reaction` of {}: hinges have no loads, because the machine has `motion: \"kinematics\"`",
                 self.reactions.join(", ")
             );
-            let help = "take `reaction` out, or use a `motion` with forces in `place`";
+            let help = "remove `reaction`, or use a `motion` with forces in `place`";
             out.faults.push(Fault::new(self.origin, fact).help(help));
         }
         for b in bound {
@@ -63,7 +63,7 @@ impl MechanismSpec {
             }
             if self.kinematic.is_some() {
                 let fact = format!(
-                    "`{part}`: binding `{bind}`: the machine moves by kinematics, and hinges have no loads then"
+                    "`{part}`: binding `{bind}`: hinges have no loads, because the machine has `motion: \"kinematics\"`"
                 );
                 let help = "use a `motion` with forces in `place`";
                 out.faults.push(Fault::new(b.spec.origin, fact).help(help));

@@ -6,7 +6,7 @@ use linkwork_runtime::BodyMass;
 use linkwork_spatial::{Mat3, Pose, RigidInertia, Vec3};
 
 impl Frame {
-    /// The mass of its body as the mechanism is made, seen from it.
+    /// Returns the specified mass of the body of a frame, relative to this frame.
     pub(crate) fn mass(self, mb: &Multibody) -> BodyMass {
         let (body, pose) = match self {
             Frame::Body(b) => (b, Pose::identity()),
@@ -26,17 +26,16 @@ impl Frame {
     }
 }
 
-/// A body that mass is added to.
+/// A body with added mass.
 #[derive(Clone, Debug)]
 pub(crate) struct Varying {
     pub body: BodyId,
-    /// Frames on it about which the moments are given, each with the first of its ten lanes among the
-    /// inputs that the mechanism reads at once.
+    /// Frames on it about which the moments are given, each with the first of its ten lanes among the feedthrough inputs of the mechanism.
     frames: Vec<(Pose, usize)>,
 }
 
 impl Varying {
-    /// In the order of the bodies.
+    /// Returns them in the order of the bodies.
     pub fn all(mb: &Multibody, ports: &MechanismPorts) -> Vec<Varying> {
         let mut all: Vec<Varying> = Vec::new();
         for (i, frame) in ports.masses.iter().enumerate() {
@@ -53,10 +52,10 @@ impl Varying {
         all
     }
 
-    /// The body's inertia with what is added, about its origin, body axes; `lane` reads an input.
+    /// Returns the inertia of the body with added masses about its origin, body axes; `lane` reads an input.
     ///
     /// # Errors
-    /// Fact and remedy when no body is like that.
+    /// The inertia is physically impossible; returns fact and remedy.
     pub fn inertia(
         &self,
         mb: &Multibody,
@@ -73,7 +72,7 @@ impl Varying {
                 let name = mb.get(self.body).name();
                 (
                     format!("mass added to `{name}`: {e}"),
-                    "look at the parts whose binding adds it: mass at or above zero, moments of a body"
+                    "check the parts whose bindings add it: their mass must not be negative, and their moments must be possible for a rigid body"
                         .to_string(),
                 )
             })?;

@@ -1,4 +1,4 @@
-//! The variables of a mechanism, named by their body: `<body>.angle`, `<body>.rate`.
+//! The variables of a mechanism, named after their body: `<body>.angle`, `<body>.rate`.
 use crate::plan::MechanismPlan;
 use linkwork_multibody::BodyId;
 use linkwork_multibody::{Body, SubhingeKind};
@@ -36,11 +36,11 @@ pub(crate) fn names(m: &MechanismPlan, w: &Wiring) -> Vec<Named> {
     };
     let first = w.x + m.multibody.nq() + m.multibody.nv() + 2 * m.multibody.motions();
     for i in 0..m.bristles() {
-        let doc = "Bristle of a pair of colliders: deflection (m, world), turn (rad).";
+        let doc = "Bristle of a pair of colliders: deflection (m, world), rotation (rad).";
         all.push(state(format!("{}.contact.bristle[{i}]", m.path), first + i, doc));
     }
     for i in 0..m.bristle_pairs() {
-        let doc = "Pair of colliders a < b of n (in the order of their names) that bristle 4 i to 4 i + 3 belongs to: 1 + a n + b; 0: none.";
+        let doc = "Pair of colliders of bristles 4 i to 4 i + 3: 1 + a n + b for colliders a < b of n, in the order of their names; 0: none.";
         let path = format!("{}.contact.bristle_pair[{i}]", m.path);
         all.push(Named { place: Place::D((w.d + i) as u32), ..state(path, 0, doc) });
     }
@@ -83,7 +83,7 @@ const FREE: [&[Lane]; 3] = [
     ],
 ];
 
-/// Names of the coordinates, rates and accelerations of a subhinge.
+/// Returns the names of the coordinates, rates and accelerations of a subhinge.
 fn lanes(kind: SubhingeKind) -> [&'static [Lane]; 3] {
     match kind {
         SubhingeKind::Pin { .. } | SubhingeKind::Screw { .. } => {
@@ -181,13 +181,13 @@ fn loop_motions(all: &mut Vec<Named>, m: &MechanismPlan, w: &Wiring) {
             both(
                 i,
                 names,
-                "How far apart row k of the loop holds its ends (rad or m), and its rate.",
+                "Offset of the two ends of the loop that is kept in row k (rad or m), and its rate.",
             );
         }
     }
 }
 
-/// Names, units and meaning of the lanes of all bodies.
+/// Returns names, units and descriptions of the lanes of all bodies.
 pub(crate) fn touch_names(
     plan: &MechanismPlan,
 ) -> impl Iterator<Item = (String, &'static str, String)> {
@@ -196,14 +196,14 @@ pub(crate) fn touch_names(
     };
     plan.touched.iter().flat_map(move |id| {
         let body = plan.multibody.get(*id).name();
-        let force = "Force on the body where its colliders touch others, W.";
-        let point = "Where that force acts, weighted by normal forces, W; the body's origin when nothing touches.";
+        let force = "Sum of the contact forces on the colliders of the body, W.";
+        let point = "Position at which that force acts: mean of the contact points, weighted by normal forces, W; the body's origin without contact.";
         let force = lane(body, "contact_force", "N", force);
         force.into_iter().chain(lane(body, "contact_point", "m", point))
     })
 }
 
-/// Names, units and meaning of the lanes of all pairs.
+/// Returns names, units and descriptions of the lanes of all pairs.
 pub(crate) fn pair_names(
     plan: &MechanismPlan,
 ) -> impl Iterator<Item = (String, &'static str, String)> {
@@ -211,8 +211,8 @@ pub(crate) fn pair_names(
         let name = |b: BodyId| plan.multibody.get(b).name();
         let (of, from) = (name(pair.of), pair.from.map_or("world", name));
         let lanes = [
-            ("force", "N", "Force on the first body from the second where they touch, W."),
-            ("point", "m", "Where that force acts, weighted by normal forces, W; the first body's origin when they do not touch."),
+            ("force", "N", "Contact force on the first body from the second, W."),
+            ("point", "m", "Position at which that force acts: mean of the contact points, weighted by normal forces, W; the first body's origin without contact."),
         ];
         lanes.into_iter().flat_map(move |(stem, unit, doc)| {
             ["x", "y", "z"].map(|c| {
@@ -222,21 +222,22 @@ pub(crate) fn pair_names(
     })
 }
 
-/// Names, units and meaning of the lanes of all hinges.
+/// Returns names, units and descriptions of the lanes of all hinges.
 pub(crate) fn load_names(plan: &MechanismPlan) -> Vec<(String, &'static str, String)> {
     let mut out = Vec::new();
     for r in &plan.loads {
         let body = plan.multibody.get(r.body);
         let name = body.name();
-        let force = "Force on the body through its hinge, axes of the hinge's frame on the body.";
-        let moment = "Moment on the body through its hinge about the origin of the hinge's frame on the body, its axes.";
+        let force =
+            "Force that the hinge exerts on the body, axes of the hinge's frame on the body.";
+        let moment = "Moment that the hinge exerts on the body about the origin of the hinge's frame on the body, in the axes of that frame.";
         for (stem, unit, doc) in [("force", "N", force), ("moment", "N m", moment)] {
             let axes = ["x", "y", "z"];
             out.extend(axes.map(|c| (format!("{name}.reaction_{stem}.{c}"), unit, doc.to_owned())));
         }
         for (i, v) in r.effort.clone().enumerate() {
             let tag = if r.effort.len() > 1 { format!("[{i}]") } else { String::new() };
-            let doc = "Force or torque at the coordinate: all that drives it, or what its prescribed motion takes.";
+            let doc = "Force or torque at the coordinate: the sum of all that act on it, or the one that its prescribed motion requires.";
             out.push((format!("{name}.effort{tag}"), effort_unit(plan, v), doc.to_owned()));
         }
     }

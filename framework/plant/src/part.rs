@@ -1,4 +1,4 @@
-//! The mechanism as the scheduler sees it: ports, start, names, and the plan that its blocks share.
+//! The mechanism as a part for the scheduler: ports, start, names, and the plan that its blocks share.
 use crate::block::MechanismBlock;
 use crate::gaps::Gaps;
 use crate::joints::{self};
@@ -27,7 +27,7 @@ use std::any::Any;
 use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
 
-/// The mechanism as the scheduler sees it.
+/// The mechanism as a part for the scheduler.
 pub struct MechanismPart {
     /// The constant part.
     pub plan: Arc<MechanismPlan>,
@@ -163,23 +163,23 @@ impl Prototype for MechanismPart {
 }
 
 impl MechanismPlan {
-    /// Lanes of the bristles of compliant contact.
+    /// Returns the number of lanes of the bristles of compliant contact.
     pub(crate) fn bristles(&self) -> usize {
         self.bristles.0
     }
 
-    /// Discrete lanes: the pair of each bristle, where pairs share bristles.
+    /// Returns the number of discrete lanes: the pair of each bristle, if pairs share bristles.
     pub(crate) fn bristle_pairs(&self) -> usize {
         self.bristles.1
     }
 
-    /// Lanes of x: q, v, then u and u̇ of each loop motion, then bristles.
+    /// Returns the number of lanes of x: q, v, then u and u̇ of each loop motion, then bristles.
     fn lanes(&self) -> usize {
         let m = &self.multibody;
         m.nq() + m.nv() + 2 * m.motions() + self.bristles()
     }
 
-    /// Lanes of the bodies on free hinges.
+    /// Returns the lanes of the bodies on free hinges.
     fn turning(&self) -> Vec<Turning> {
         let m = &self.multibody;
         let lanes = m.turning().map(|(body, v)| {
@@ -219,7 +219,7 @@ impl MechanismPlan {
         d
     }
 
-    /// What contact, or rolling, reports of all that it does.
+    /// Reports of contact or rolling for the whole mechanism.
     pub(crate) fn contact_reports(&self) -> &'static [(&'static str, &'static str, &'static str)] {
         match (&self.contact, &self.compliant) {
             _ if self.rolling.is_some() => &ROLLING_REPORTS,
@@ -229,8 +229,8 @@ impl MechanismPlan {
         }
     }
 
-    /// Path, unit and meaning of each report in the order of its signal lanes: for each constraint
-    /// its error and the forces of its rows, then what contact says, and what it does to each body.
+    /// Path, unit and description of each report in the order of its signal lanes: for each constraint
+    /// its error and the forces of its rows, then the reports of contact, and its loads on each body.
     pub fn reports(&self) -> Vec<(String, &'static str, String)> {
         let mut out = Vec::new();
         let (multibody, path) = (&self.multibody, &self.path);
@@ -254,7 +254,7 @@ impl MechanismPlan {
         out
     }
 
-    /// The bodies with their present inertias, when those change; `sig`: the signals of its plan.
+    /// Returns the bodies with their present inertias, if these change; `sig`: the signals of its plan.
     pub(crate) fn present(&self, sig: &[f64]) -> Result<Cow<'_, Multibody>, Box<Failure>> {
         let mut bodies = Cow::Borrowed(&*self.multibody);
         for varying in &self.varies {
@@ -266,7 +266,7 @@ impl MechanismPlan {
         Ok(bodies)
     }
 
-    /// The solver of a tree, when it has constraints.
+    /// Returns the solver of a tree, if it has constraints.
     pub(crate) fn solver(
         tree: &Tree,
         constraint_methods: &[ConstraintMethod],
@@ -276,7 +276,7 @@ impl MechanismPlan {
         any.then(|| ConstrainedSolver::new(tree, |c| constraint_methods[place(c, loops)]))
     }
 
-    /// Where a loop or coupling is written.
+    /// Position of a loop or coupling in the file.
     pub(crate) fn origin_of(&self, name: &str) -> Origin {
         self.origins.get(name).copied().unwrap_or(Origin::NONE)
     }
@@ -295,8 +295,7 @@ impl MechanismPlan {
         CompliantContact::new(colliders.clone(), laws.clone()).ok()
     }
 
-    /// Everything that makes it move as it does: structure and masses to the last bit, constraint methods,
-    /// contact.
+    /// Fingerprint of everything that determines the motion: structure and masses to the last bit, constraint methods, contact.
     pub(crate) fn fingerprint(&self) -> &str {
         self.print.get_or_init(|| self.describe_all())
     }
@@ -326,11 +325,10 @@ impl MechanismPlan {
         text
     }
 
-    /// Whether every free hinge has something to move, and every loop closes, at the start; puts
-    /// the start onto the constraints.
+    /// Checks that every free hinge moves some mass and that every loop closes at the start, and moves the start onto the constraints.
     ///
     /// # Errors
-    /// What is wrong; its place is that of the constraint with the greatest error, or of the body, where one is to blame.
+    /// The start is invalid; the error has the place of the constraint with the greatest error, or of the body that causes it.
     fn start(&mut self) -> Result<(), Fault> {
         if let Some((_, laws)) = &self.compliant
             && let Err(e) = laws.check()
@@ -373,15 +371,15 @@ impl MechanismPlan {
             Ok(()) => Ok(()),
             Err(DynamicsError::Singular { body, .. }) => Err(Fault::new(
                 self.bodies.get(&body).copied().unwrap_or(Origin::NONE),
-                format!("body `{body}`: its hinge has nothing to accelerate: no mass, or no inertia about one of its axes, moves with it"),
+                format!("body `{body}`: its hinge moves no mass, or no inertia about one of its axes"),
             )
-            .help("give it, or a body that it carries, a mass and an inertia, or its hinge an armature, or prescribe the hinge")),
+            .help("add mass and inertia to it or to a body that it carries, add an armature to its hinge, or prescribe the hinge")),
             Err(e @ DynamicsError::Flexible { .. }) => Err(Fault::of(Origin::NONE, &e)),
         }
     }
 }
 
-/// What colliders are, and who meets whom. Of the terrain only its name: its heights belong to the service.
+/// Text of the colliders and of the pairs that may touch. A terrain contributes its name only, because its heights belong to the service.
 fn shapes(colliders: &Colliders) -> String {
     let mut text = format!("{:?}\n", colliders.rules());
     for id in colliders.ids() {
@@ -394,51 +392,55 @@ fn shapes(colliders: &Colliders) -> String {
     text
 }
 
-/// How many of them compliant contact has.
+/// Number of these reports that compliant contact has.
 const COMPLIANT_REPORTS: usize = 2;
 
-/// What contact reports: name, unit, meaning.
+/// Reports of contact: name, unit, description.
 const CONTACT_REPORTS: [(&str, &str, &str); 7] = [
     (
         "points",
         "",
-        "Contact points: of impulses those looked at in the last step, of forces those that press.",
+        "Number of contact points: with impulses, the candidates of the last step; with compliant contact, those with a force.",
     ),
-    ("penetration", "m", "Deepest penetration; of impulses at the start of the last step."),
+    ("penetration", "m", "Deepest penetration; with impulses, at the start of the last step."),
     (
         "impacts",
         "",
-        "Impacts with restitution in the last step: instants at which contacts closed.",
+        "Number of impacts with restitution in the last step: instants at which contacts closed.",
     ),
     (
         "residual",
         "",
-        "Residual of the impulses, relative to the greatest velocity of its island; above `tolerance` the step was not solved.",
+        "Residual of the impulses, relative to the greatest velocity of its island; above `tolerance`, the solution did not converge.",
     ),
-    ("complementarity", "", "Work that contact forces should not do, relative."),
+    (
+        "complementarity",
+        "",
+        "Relative complementarity error: product of normal force and normal velocity, which is zero in an exact solution.",
+    ),
     (
         "iterations",
         "",
-        "Sweeps, linear systems or pivots of the last step; of several islands, the most.",
+        "Number of sweeps, linear systems or pivots of the last step, for the island with most of them.",
     ),
     (
         "islands",
         "",
-        "Constraint islands of the last step: parts of the mechanism that contacts, loops and couplings do not connect.",
+        "Number of constraint islands of the last step: groups of bodies that contacts, loops and couplings do not connect with each other.",
     ),
 ];
 
-/// What rolling reports: name, unit, meaning.
+/// Reports of rolling: name, unit, description.
 const ROLLING_REPORTS: [(&str, &str, &str); 2] = [
     (
         "gap",
         "m",
-        "Greatest distance of a wheel from the ground after the last step: of more than three wheels on one body some hang in the air.",
+        "Greatest distance of a wheel from the ground after the last step; it is not zero if more than three wheels are on one rigid body.",
     ),
     (
         "slide",
         "m/s",
-        "Root mean square of the speeds at which the rims slide: the wheels do not all drive the same circle, or slip under their loads.",
+        "Root mean square of the sliding speeds of the rims; it is not zero if the wheels do not follow the same circle, or slip under their loads.",
     ),
 ];
 

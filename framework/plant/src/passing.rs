@@ -1,6 +1,6 @@
-//! Bodies on hinges of the world pass through fixed shapes, as all neighbours pass through each other: a mass on a vertical slider falls
-//! through the ground. Users expect this where the two shapes overlap at the hinge, and do not where they are apart at the start and
-//! could come together: that is a warning.
+//! Bodies on hinges of the world pass through fixed shapes, because connected bodies never touch: a mass on a vertical slider falls through the
+//! ground. Users expect this if the two shapes overlap at the hinge, but not if they are apart at the start and can approach each other; this case
+//! gives a warning.
 
 use crate::spec::MechanismSpec;
 use linkwork_collision::{ColliderId, Colliders, Detail, Scratch, TERRAIN};
@@ -20,7 +20,7 @@ pub struct Passing {
 }
 
 impl MechanismSpec {
-    /// Bodies of which a shape could reach a shape of the world that it passes through, each once.
+    /// Returns each body of which a shape could reach a shape of the world that it passes through.
     #[must_use]
     pub fn passing(&self) -> Vec<Passing> {
         let mut found = Vec::new();
@@ -44,10 +44,10 @@ impl MechanismSpec {
             told.push(body);
             let (name, other) = (self.multibody.get(body).name(), &colliders.spec(still).name);
             let fact = format!(
-                "`{name}`: its shapes do not meet `{other}`: a hinge joins `{name}` to the world, and neighbours pass through each other"
+                "`{name}`: its shapes do not collide with `{other}`, because a hinge joins `{name}` to the world, and neighbours do not collide with each other"
             );
             let help = format!(
-                "write `collide: [[\"{name}\", \"{other}\"]]` in `contact` if they are to meet, else `ignore: [[\"{name}\", \"{other}\"]]`"
+                "write `collide: [[\"{name}\", \"{other}\"]]` in `contact` if they are to collide, otherwise `ignore: [[\"{name}\", \"{other}\"]]`"
             );
             let origin = self.bodies.get(name).copied().unwrap_or(self.origin);
             let colliders = [moving, still].map(|c| colliders.spec(c).name.clone());
@@ -56,20 +56,20 @@ impl MechanismSpec {
         found
     }
 
-    /// Whether two colliders of these names are there and meet.
+    /// Returns whether two colliders of these names exist and may touch.
     #[must_use]
     pub fn meets(&self, [a, b]: &[String; 2]) -> bool {
         let pair = |c: &Colliders| Some(c.meet(c.find(a)?, c.find(b)?));
         self.colliders().and_then(pair).unwrap_or(false)
     }
 
-    /// Whether a hinge with freedom lies between a collider's body and the world.
+    /// Returns whether there is a movable hinge between the body of a collider and the world.
     fn moves(&self, colliders: &Colliders, id: ColliderId) -> bool {
         let mut way = colliders.body(id).into_iter().flat_map(|b| self.multibody.ancestors(b));
         way.any(|b| !self.multibody.get(b).v().is_empty())
     }
 
-    /// Whether two shapes are apart at the start and may come together: a body that only turns reaches twice its extent.
+    /// Returns whether two shapes are apart at the start and may come together; a body that only rotates reaches at most twice its extent.
     fn reaches(
         &self,
         colliders: &Colliders,

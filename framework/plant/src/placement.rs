@@ -44,7 +44,7 @@ fn error<T>(message: String, help: &str) -> Result<T, PlaceError> {
     Err(PlaceError { message, help: help.to_string() })
 }
 
-/// A machine whose wheels just touch the ground and which has not settled yet.
+/// Pose of a machine whose wheels just touch the ground, before it settles.
 #[derive(Clone, Debug)]
 #[must_use = "give it to `settle_placed`"]
 pub struct Placed {
@@ -174,7 +174,7 @@ fn put_down(plan: &mut Plan, terrain: &dyn Terrain, p: &Placement) -> Result<Pla
                         "there is no ground under `{}` at ({:.3}, {:.3})",
                         p.wheels[k].0, c.x, c.y
                     ),
-                    "start where the map has data",
+                    "start at a position at which the map has data",
                 );
             };
             e[k] = foot.gap;
@@ -255,11 +255,11 @@ impl Placed {
         let (what, help) = match plan.steps.is_empty() {
             true => (
                 "does not rest there",
-                "brake its wheels at the start, or put it where the ground holds it",
+                "brake its wheels at the start, or place it where the ground can hold it",
             ),
             // A mechanism with contact by impulses has no derivative to integrate.
             false => (
-                "is not brought to rest before the run, since contact by impulses is on",
+                "is not brought to rest before the run, because contact by impulses does not support it",
                 "let it settle in the first second of the run",
             ),
         };
@@ -282,11 +282,11 @@ impl Placed {
             let most = body.q().map(|k| (to[k] - from[k]).abs()).fold(0.0, f64::max);
             if most > SAGS {
                 let fact = format!(
-                    "the hinge of `{}` gave way by {most:.2} (rad or m) while `{}` came to rest before the run",
+                    "the hinge of `{}` moved by {most:.2} (rad or m) while `{}` came to rest before the run",
                     body.name(),
                     self.body
                 );
-                let help = "hold it by a brake, a spring or a prescribed motion; or list it in `joints`, where it is meant";
+                let help = "hold it with a brake, a spring or a prescribed motion; or list it in `joints` if this is intended";
                 plan.warnings.push(Fault::new(origin, fact).help(help));
             }
         }

@@ -26,7 +26,7 @@ pub struct MechanismPlan {
     pub tree: Arc<Tree>,
     /// Gravity field.
     pub gravity: Option<Arc<dyn Gravity>>,
-    /// The field, when it is the same everywhere.
+    /// The field, if it is uniform.
     pub uniform: Option<Vec3>,
     /// Angular velocity of W in inertial space (rad/s, W) if W is a site of a rotating planet.
     pub omega: Option<Vec3>,
@@ -34,23 +34,23 @@ pub struct MechanismPlan {
     pub q: Vec<f64>,
     /// Velocities at the start.
     pub v: Vec<f64>,
-    /// Coordinates and velocities that keep their values where loops and couplings are closed.
+    /// Coordinates and velocities that keep their values when loops and couplings are closed.
     pub(crate) kept: FixedValues,
     /// Prescribed subhinges and gaps of loops at the start.
     pub loop_motions: Vec<LoopMotion>,
     /// Loops that do not close at once.
     pub(crate) gaps: Vec<Gaps>,
-    /// Solver of constrained motion, when there are constraints.
+    /// Solver of constrained motion, if there are constraints.
     pub solver: Option<ConstrainedSolver>,
-    /// Contact, when the mechanism is stepped with it.
+    /// Contact by impulses, if the mechanism has its own stepping method.
     pub contact: Option<ContactSpec>,
     /// Compliant contact.
     pub compliant: Option<(Arc<Colliders>, CompliantLaws)>,
-    /// What moves by kinematics.
+    /// Machines that move by kinematics.
     pub(crate) rolling: Option<RollingOn>,
     /// Lanes of the bristles of compliant contact, and of the table of pairs that share them.
     pub(crate) bristles: (usize, usize),
-    /// Bodies with a collider, or that roll.
+    /// Bodies with a collider, and bodies that roll.
     pub(crate) touched: Vec<BodyId>,
     /// Colliders of each body whose surface velocity comes from a part, in the order of the ports.
     pub(crate) belts: Vec<Vec<ColliderId>>,
@@ -60,7 +60,7 @@ pub struct MechanismPlan {
     pub(crate) loads: Vec<Reaction>,
     /// Bodies of the vehicles whose mass is read.
     pub(crate) vehicles: Vec<Vec<BodyId>>,
-    /// Names of bodies on locked hinges that stand as coordinates.
+    /// Names of bodies on locked hinges that are represented by coordinates.
     pub(crate) held: Vec<String>,
     /// Constraint method of each constraint.
     pub constraint_methods: Vec<ConstraintMethod>,
@@ -68,21 +68,21 @@ pub struct MechanismPlan {
     pub(crate) joints: JointForces,
     /// Quantities that are read and written through wires.
     pub ports: MechanismPorts,
-    /// Bodies that mass is added to.
+    /// Bodies with added mass.
     pub(crate) varies: Vec<Varying>,
-    /// Says for each place in v whether its motion is prescribed.
+    /// For each index in v: whether its motion is prescribed.
     pub(crate) prescribed: Vec<bool>,
-    /// Signal lanes of what is added, ten for each frame.
+    /// Signal lanes of added masses, ten for each frame.
     pub(crate) masses: Vec<u32>,
-    /// Its fingerprint, once somebody has asked.
+    /// Its fingerprint, after the first query.
     pub(crate) print: OnceLock<String>,
     /// First lane of q in x; v follows, then u and u̇ of each loop motion, then bristles.
     pub x: usize,
-    /// Where it is written.
+    /// Position in the file.
     pub(crate) origin: Origin,
-    /// Where loops and couplings are written, by name.
+    /// Positions of loops and couplings in the file, by name.
     pub(crate) origins: BTreeMap<String, Origin>,
-    /// Where bodies are written, by name.
+    /// Positions of bodies in the file, by name.
     pub(crate) bodies: Arc<BTreeMap<String, Origin>>,
 }
 

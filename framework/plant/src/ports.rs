@@ -1,4 +1,4 @@
-//! The ports of a mechanism: those that bindings ask for, and no others.
+//! The ports of a mechanism: only those that bindings request.
 use crate::frame::Frame;
 use linkwork_multibody::{BodyId, Coordinate, Multibody, Subhinge, SubhingeKind};
 use linkwork_runtime::{
@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 pub struct MechanismPorts {
     /// Frames whose pose and velocity are read (13 lanes each).
     pub states: Vec<Frame>,
-    /// Hinge coordinates that are read: place in q, place in v (2 lanes each).
+    /// Hinge coordinates that are read: index in q, index in v (2 lanes each).
     pub hinges: Vec<(u32, u32)>,
     /// Loop motions that are read (2 lanes each).
     pub loop_states: Vec<u32>,
@@ -28,17 +28,17 @@ pub struct MechanismPorts {
     pub vehicles: Vec<Frame>,
     /// Frames about which mass is added to their bodies (10 lanes each).
     pub masses: Vec<Frame>,
-    /// Frames that wrenches act on (6 lanes each).
+    /// Frames on which wrenches act (6 lanes each).
     pub wrenches: Vec<Frame>,
-    /// Balls that are read: places of their rotation in q and of their rate in v (7 lanes each).
+    /// Balls that are read: indices of their rotation in q and of their rate in v (7 lanes each).
     pub balls: Vec<(u32, u32)>,
-    /// Places in v that torques act on.
+    /// Indices in v on which torques act.
     pub torques: Vec<u32>,
-    /// First places in v of balls that torques act on (3 lanes each).
+    /// First indices in v of balls on which torques act (3 lanes each).
     pub ball_torques: Vec<u32>,
-    /// Bodies whose surface moves over them (3 lanes each).
+    /// Bodies whose surface moves relative to them (3 lanes each).
     pub surfaces: Vec<BodyId>,
-    /// Places in v whose acceleration is prescribed.
+    /// Indices in v whose acceleration is prescribed.
     pub motions: Vec<u32>,
     /// Loop motions whose acceleration is prescribed.
     pub loop_motions: Vec<u32>,
@@ -54,10 +54,10 @@ enum Target {
     Loop(u32),
 }
 
-/// Names of the ports that are there.
+/// Names of the existing ports.
 type PortNames = BTreeSet<String>;
 
-/// A place in a list, added when the port of that name is not there yet.
+/// Adds an entry to a list if the port of that name does not exist yet.
 fn add<T>(known: &mut PortNames, list: &mut Vec<T>, item: T, name: String) -> String {
     if !known.contains(&name) {
         known.insert(name.clone());
@@ -66,7 +66,7 @@ fn add<T>(known: &mut PortNames, list: &mut Vec<T>, item: T, name: String) -> St
     name
 }
 
-/// Serves bindings: ports and wires.
+/// Creates ports and wires for bindings.
 pub(crate) fn lower(mb: &Multibody, bound: &[Bound<'_>], out: &mut Lowering<'_>) -> MechanismPorts {
     let prescribed = mb.prescribed();
     let (mut ports, mut known) = (MechanismPorts::default(), PortNames::new());
@@ -121,7 +121,7 @@ pub(crate) fn lower(mb: &Multibody, bound: &[Bound<'_>], out: &mut Lowering<'_>)
     ports
 }
 
-/// A torque on a prescribed coordinate does nothing; an acceleration for a free one is not followed.
+/// Reports a torque on a prescribed coordinate and an acceleration of a free one, because neither has an effect.
 fn constraint_method(
     b: &Bound<'_>,
     (port, prescribed): (&PortSpec, bool),
@@ -132,9 +132,10 @@ fn constraint_method(
     match port.kind {
         PortKind::HingeTorque | PortKind::BallTorque if prescribed => {
             let fact = format!(
-                "`{part}`: binding `{bind}`: `{label}` is prescribed, so its torque moves nothing"
+                "`{part}`: binding `{bind}`: `{label}` is prescribed, so the torque has no effect"
             );
-            let help = "take `prescribed` out of the hinge, or bind a part that gives its motion";
+            let help =
+                "remove `prescribed` from the hinge, or bind a part that prescribes its motion";
             out.warnings.push(Fault::new(origin, fact).help(help));
         }
         PortKind::HingeAccel if !prescribed => {
@@ -147,7 +148,7 @@ fn constraint_method(
     }
 }
 
-/// A part that says in which unit it reads a hinge is for such hinges only: an angle would be taken for metres.
+/// Checks that a hinge has the unit that the part declares, because the part would otherwise read an angle as metres.
 fn quantity(
     mb: &Multibody,
     b: &Bound<'_>,
@@ -176,16 +177,16 @@ fn quantity(
     if port.unit != moves {
         let (part, bind) = (&b.spec.part, &b.spec.bind);
         let fact = format!(
-            "`{part}`: binding `{bind}` is for coordinates in {}, and this is {is}",
+            "`{part}`: binding `{bind}` is for coordinates in {}, but this is {is}",
             port.unit
         );
-        let help = format!("take a model for coordinates in {moves}");
+        let help = format!("use a model for coordinates in {moves}");
         out.faults.push(Fault::new(b.spec.origin, fact).help(help));
     }
 }
 
 impl MechanismPorts {
-    /// Name of the port that serves this one; the error names the kind of target that it wants.
+    /// Returns the name of the port that serves this one; the error names the kind of target that is required.
     fn serve(
         &mut self,
         mb: &Multibody,
@@ -268,7 +269,7 @@ impl MechanismPorts {
         })
     }
 
-    /// Puts the ports into a description, in the order of their lanes.
+    /// Adds the ports to a description, in the order of their lanes.
     pub(crate) fn describe(&self, d: &mut Description) {
         let outputs = &mut d.outputs;
         outputs.extend(self.states.iter().map(|f| port("state", *f, PortKind::NodeState, 13)));
@@ -331,7 +332,7 @@ fn hinge_state(name: String) -> PortSpec {
     PortSpec::named(name, PortKind::HingeState, 2)
 }
 
-/// The body of a target that is a node.
+/// Returns the body of a target that is a node.
 pub(crate) fn body_of(mb: &Multibody, target: &BindTarget) -> Option<BodyId> {
     match resolve(mb, target, Wants::Any) {
         Ok(Target::Node(frame)) => Some(frame.body(mb)),
@@ -339,12 +340,12 @@ pub(crate) fn body_of(mb: &Multibody, target: &BindTarget) -> Option<BodyId> {
     }
 }
 
-/// Which coordinates of a hinge a binding is for.
+/// Coordinates of a hinge to which a binding refers.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Wants {
-    /// Those of one degree of freedom.
+    /// Coordinates of hinges with one degree of freedom.
     Any,
-    /// Its ball.
+    /// The ball of the hinge.
     Ball,
 }
 
@@ -409,7 +410,7 @@ fn resolve(mb: &Multibody, target: &BindTarget, wants: Wants) -> Result<Target, 
                         index + 1
                     ),
                     match has_ball {
-                        true => "bind to a pin, slider or screw; its ball takes a model for balls, as `actuators.ball_drive`".into(),
+                        true => "bind to a pin, slider or screw; for its ball, use a model for balls such as `actuators.ball_drive`".into(),
                         false => "bind to a pin, slider or screw".into(),
                     },
                 )),

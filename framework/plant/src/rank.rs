@@ -1,18 +1,18 @@
-//! What constraints leave of the motion of a mechanism, and constraints that cannot hold together.
+//! Degrees of freedom that remain under the constraints of a mechanism, and constraints that contradict each other.
 //!
 //! ```text
 //! mobility        free rates of the tree − rank of the rows of all loops and couplings, at the start
 //! contradiction   what others make of d̈ + ḋ + d in a row that they imply: more than 1e-6 (1 + Σ |β̇|)
 //! ```
-//! All constraints are rows for this, whatever their constraint method. The rank is computed at one configuration; at a singular one, such as a
-//! stretched linkage, it is smaller than elsewhere.
+//! For this analysis all constraints are rows, whatever their constraint method. The rank is computed at one configuration; at a singular one, such
+//! as a stretched linkage, it is smaller than elsewhere.
 use crate::plan::MechanismPlan;
 use linkwork_dynamics::{Workspace, kinematics};
 use linkwork_multibody::{ConstraintId, LoopMotion};
 use linkwork_runtime::{Fault, Origin};
 use linkwork_solvers::{ConstrainedSolver, ConstraintMethod, Report, SolverError, Stabilisation};
 
-/// What all constraints together do at the start.
+/// Effect of all constraints together at the start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RankReport {
     /// Rates of the tree that are not prescribed.
@@ -23,28 +23,28 @@ pub struct RankReport {
     pub rows: usize,
     /// Independent ones among them.
     pub rank: usize,
-    /// Constraints of which rows repeat others: name (``loop `NAME` ``), such rows, all its rows. Which of
-    /// several that repeat each other is named is not unique.
+    /// Constraints with redundant rows: name (``loop `NAME` ``), number of redundant rows, number of all its rows. If several constraints repeat each
+    /// other, the choice of the named one is not unique.
     pub redundant: Vec<(String, usize, usize)>,
     /// Names of redundant constraints that are satisfied only if the prescribed motions are consistent.
     pub over_prescribed: Vec<String>,
 }
 
 impl RankReport {
-    /// Degrees of freedom that are left to forces.
+    /// Degrees of freedom that remain free.
     #[must_use]
     pub fn mobility(&self) -> usize {
         self.free.saturating_sub(self.rank)
     }
 }
 
-/// Beyond this, relative to the accelerations, rows contradict each other.
+/// Residual, relative to the accelerations, above which rows contradict each other.
 const SOUND: f64 = 1e-6;
 
 struct Rows {
     solver: ConstrainedSolver,
     ws: Workspace,
-    /// Accelerations of prescribed rates in, all out.
+    /// Accelerations: inputs for prescribed rates, outputs for all.
     vdot: Vec<f64>,
 }
 
@@ -67,7 +67,7 @@ impl Rows {
         solver.forward_given_kinematics(&plan.tree, ws, state, motions, &mut tau, vdot)
     }
 
-    /// Names of constraints whose repeated rows contradict what they repeat.
+    /// Returns the names of constraints whose redundant rows contradict the rows that they repeat.
     fn contradicting(&self, plan: &MechanismPlan) -> Vec<ConstraintId> {
         let most = self.vdot.iter().fold(1.0, |m, a| m + a.abs());
         let bad = |by: f64| !(by <= SOUND * most);
@@ -83,7 +83,7 @@ fn named(plan: &MechanismPlan, c: ConstraintId) -> String {
 }
 
 impl MechanismPlan {
-    /// Rank and mobility at the start; `None` without constraints, or where the tree itself is singular.
+    /// Returns rank and mobility at the start; `None` without constraints or if the tree itself is singular.
     /// Cubic in the rows.
     #[must_use]
     pub fn rank(&self) -> Option<RankReport> {
@@ -120,7 +120,7 @@ impl MechanismPlan {
         })
     }
 
-    /// Constraints that cannot hold together at the start, as a fault at the first of them.
+    /// Returns a fault, at the first of them, for constraints that contradict each other at the start.
     pub(crate) fn contradiction(&self) -> Option<Fault> {
         self.multibody.constraints().next()?;
         let by_all = Stabilisation::Baumgarte { frequency: 1.0, damping: 0.5 };
@@ -141,12 +141,14 @@ impl MechanismPlan {
         let help = match self.multibody.motions() > 0 || self.multibody.prescribed().contains(&true)
         {
             true => {
-                "remove a constraint, free a prescribed hinge, or let prescribed hinges start with rates that agree"
+                "remove a constraint, free a prescribed hinge, or start prescribed hinges with compatible rates"
             }
-            false => "remove a constraint, or give all of them lengths and constants that agree",
+            false => {
+                "remove a constraint, or give the constraints compatible lengths and constants"
+            }
         };
         let origin = self.origin_of(self.multibody.constraint_name(*first));
-        let fact = format!("{}: {verb} what else constrains the mechanism", names.join(", "));
+        let fact = format!("{}: {verb} the other constraints of the mechanism", names.join(", "));
         Some(Fault { origin, ..Fault::new(Origin::NONE, fact).help(help) })
     }
 }

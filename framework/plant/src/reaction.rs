@@ -1,4 +1,4 @@
-//! Loads of hinges that are reported, and their lanes.
+//! Reported loads of hinges, and their lanes.
 use linkwork_multibody::BodyId;
 use std::ops::Range;
 
@@ -9,6 +9,6 @@ pub(crate) const LANES: usize = 6;
 #[derive(Clone, Debug)]
 pub(crate) struct Reaction {
     pub body: BodyId,
-    /// Places in β with an effort; none where a locked hinge stands as a coordinate that never moves.
+    /// Indices in β with an effort; empty if a locked hinge is represented by a coordinate that never moves.
     pub effort: Range<usize>,
 }

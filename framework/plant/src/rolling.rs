@@ -1,8 +1,8 @@
-//! A mechanism whose machines move by kinematics: they roll over the ground as their wheels turn, and nothing has inertia. If the wheel models supply
+//! A mechanism whose machines move by kinematics: they roll over the ground as their wheels turn, without inertia. If the wheel models supply
 //! traction, the motion is quasi-static: all forces balance at each instant.
 //!
 //! Axles and steering are prescribed hinges; forces from wires on other hinges and nodes (springs, loads of an arm) affect the wheel loads but cause
-//! no motion. Accelerations are means of the step.
+//! no motion. Accelerations are means over the step.
 use crate::block::{MechanismBlock, NEVER};
 use crate::rolls::Rolls;
 use crate::touch;

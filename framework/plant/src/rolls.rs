@@ -12,13 +12,13 @@ pub(crate) struct Rolls {
     pub(crate) still: Vec<f64>,
     pub(crate) hold: Vec<f64>,
     pub(crate) before: Vec<f64>,
-    /// Of each wheel: where its traction lies among those of the ports; none where machines roll.
+    /// For each wheel: index of its traction among those of the ports; empty if machines roll.
     pub(crate) wheels: Vec<usize>,
     pub(crate) tractions: Vec<Traction>,
 }
 
 impl Rolls {
-    /// Of a plan that has any.
+    /// Returns the rolls of a plan, if it has any.
     pub fn of(plan: &MechanismPlan) -> Option<Self> {
         let (rolling, terrain) = plan.rolling.clone()?;
         let zeros = vec![0.0; plan.multibody.nv()];

@@ -1,4 +1,4 @@
-//! The mechanism of a specification: structure, how it starts, how it is solved.
+//! The mechanism of a specification: structure, start, and settings of solvers.
 use crate::gaps::{Closing, Gaps};
 use crate::touch::Pair;
 use linkwork_collision::Colliders;
@@ -12,7 +12,7 @@ use linkwork_solvers::{
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The mechanism and how it starts.
+/// The mechanism and its start.
 #[derive(Clone)]
 pub struct MechanismSpec {
     /// Path of the mechanism as a part: its outputs are `<path>.<body>…`.
@@ -23,51 +23,51 @@ pub struct MechanismSpec {
     pub q: Vec<f64>,
     /// Velocities at the start.
     pub v: Vec<f64>,
-    /// Coordinates and velocities that keep their values where loops and couplings are closed at the start; the others follow. None as it
-    /// stands: q and v then only select the closed start that is near.
+    /// Coordinates and velocities that keep their values when loops and couplings are closed at the start; the others follow. Without any, q and v
+    /// only select the nearest closed start.
     pub kept: FixedValues,
     /// Free bodies that start on an orbit, in named axes or over the ground: the world computes position and velocity, which replace the numbers in `q` and `v`.
     pub starts: Vec<BodyStart>,
     /// Path of the gravity service; `None`: the only one, or no gravity when there is none.
     pub gravity: Option<String>,
-    /// Path of the terrain that contact meets; `None`: the only one, if there is one; `"none"`: contact meets no terrain.
+    /// Path of the terrain that contact uses; `None`: the only terrain, if there is one; `"none"`: no terrain.
     pub terrain: Option<String>,
     /// Friction of terrain that has no soil, when the file writes one for all contact.
     pub ground_friction: Option<f64>,
-    /// How each loop and coupling is treated, by name; `Auto` where nothing is said.
+    /// Constraint method of each loop and coupling, by name; default: `Auto`.
     pub constraint_methods: BTreeMap<String, ConstraintMethod>,
     /// Prescribed subhinges of loops at the start. Gaps are found independently of these entries.
     pub motions: Vec<LoopMotion>,
-    /// How loops with gaps close, by name; as found where nothing is said.
+    /// Treatment of loops with gaps, by name; default: the gaps are kept.
     pub closings: BTreeMap<String, Closing>,
-    /// Non-smooth contact, when the mechanism is stepped with it.
+    /// Contact by impulses; the mechanism then has its own stepping method.
     pub contact: Option<ContactSpec>,
     /// Compliant contact: smooth forces with bristles as states. Not together with `contact`.
     pub compliant: Option<(Arc<Colliders>, CompliantLaws)>,
-    /// Machines that move by kinematics alone, when all of the mechanism does: contact and forces do nothing then.
+    /// Machines that move by kinematics, if the whole mechanism does; contact and forces then have no effect.
     pub kinematic: Option<KinematicSpec>,
     /// Bodies whose hinge reports its load.
     pub reactions: Vec<String>,
-    /// Bodies on a locked hinge that stands as a prescribed pin which never moves, so that its load is known.
+    /// Bodies on a locked hinge that is represented by a prescribed pin which never moves, so that its load is known.
     pub held: Vec<String>,
-    /// Pairs of bodies that report the force on the first from the second; `world` for the second is the world.
+    /// Pairs of bodies whose contact force is reported: the force on the first from the second, which may be `world`.
     pub pair_forces: Vec<[String; 2]>,
-    /// Where it is written.
+    /// Position in the file.
     pub origin: Origin,
-    /// Where loops and couplings are written, by name.
+    /// Positions of loops and couplings in the file, by name.
     pub origins: BTreeMap<String, Origin>,
-    /// Where bodies are written, by name.
+    /// Positions of bodies in the file, by name.
     pub bodies: Arc<BTreeMap<String, Origin>>,
     /// Visible shapes, for cameras and lidars.
     pub scenery: Scenery,
-    /// Other settings of the file that may be without effect.
+    /// Other settings of the file that may have no effect.
     pub settings: Vec<Setting>,
-    /// The step, s, from which the stiffness of usual stops follows; `None`: not known, and they do not act.
+    /// The step, s, which determines the stiffness of default stops; `None`: unknown, and default stops do not act.
     pub step: Option<f64>,
 }
 
 impl MechanismSpec {
-    /// A mechanism without constraints' settings, contact or a gravity of its own.
+    /// Creates a mechanism without settings of constraints, without contact and without its own gravity.
     #[must_use]
     pub fn new(
         path: impl Into<String>,
@@ -108,7 +108,7 @@ impl MechanismSpec {
     /// Returns the coordinates and rates of the start with all loops and couplings closed: the start of a simulation.
     ///
     /// # Errors
-    /// [`StartError`]: they cannot be closed with what is kept.
+    /// [`StartError`]: loops and couplings cannot be closed with the kept values.
     pub fn closed_start(&self) -> Result<(Vec<f64>, Vec<f64>), StartError> {
         let (tree, mut motions) = (Tree::new(&self.multibody), self.motions.clone());
         let mut ws = Workspace::new(&tree);
@@ -122,14 +122,13 @@ impl MechanismSpec {
     }
 }
 
-/// Shapes that meet, and how their contact is solved. A mechanism with it advances a step at a time:
-/// velocities and impulses together, first order in the step; other continuous states are
-/// integrated as ever.
+/// Colliders, and the solver of their contact. A mechanism with contact by impulses computes velocities and impulses together for each step, of first
+/// order in the step; other continuous states are integrated as usual.
 #[derive(Clone)]
 pub struct ContactSpec {
-    /// Shapes with the rules of who meets whom.
+    /// Collision shapes, and the rules for pairs that may touch.
     pub colliders: Arc<Colliders>,
-    /// How contact is solved.
+    /// Settings of the contact solver.
     pub settings: ContactSettings,
 }
 
@@ -138,19 +137,19 @@ pub struct ContactSpec {
 pub struct KinematicSpec {
     /// The machines.
     pub vehicles: Vec<Vehicle>,
-    /// Whether forces balance at each instant, by the traction of each wheel; else wheels roll.
+    /// True if forces balance at each instant by the traction of each wheel; otherwise wheels roll.
     pub quasi_static: bool,
-    /// Path of the terrain that they drive on; `None`: the only one.
+    /// Path of the terrain on which they drive; `None`: the only one.
     pub terrain: Option<String>,
-    /// Where it is written.
+    /// Position in the file.
     pub origin: Origin,
 }
 
-/// Machines that move by kinematics, and the ground that they drive on.
+/// Machines that move by kinematics, and the ground on which they drive.
 pub(crate) type RollingOn = (Rolling, Arc<dyn Terrain>);
 
 impl MechanismSpec {
-    /// The pairs of bodies whose force is reported, in the order of the file.
+    /// Returns the pairs of bodies whose force is reported, in the order of the file.
     pub(crate) fn pairs(&self) -> Vec<Pair> {
         let body = |name: &str| self.multibody.body(name);
         let pair = |[of, from]: &[String; 2]| Some(Pair { of: body(of)?, from: body(from) });

@@ -1,4 +1,4 @@
-//! Why a start cannot be closed, in words: which values do not fit together, and what would.
+//! Message for a start that cannot be closed: the values that do not fit together, and values that would.
 use crate::plan::MechanismPlan;
 use linkwork_multibody::BodyId;
 use linkwork_runtime::doc::number;
@@ -6,7 +6,7 @@ use linkwork_runtime::{Fault, Origin};
 use linkwork_solvers::{ROUNDED, StartError};
 
 impl MechanismPlan {
-    /// The fault of a start that cannot be closed, at the first body whose values do not fit, or at the constraint.
+    /// Returns the fault for a start that cannot be closed, at the first body whose values do not fit, or at the constraint.
     pub(crate) fn cannot_start(&self, e: &StartError) -> Fault {
         let m = &self.multibody;
         let (name, id) = &e.constraint;
@@ -19,13 +19,13 @@ impl MechanismPlan {
         let fault = |fact: String, help: &str| Fault::new(at_constraint, fact).help(help);
         let Some(nearest) = &e.nearest else {
             let fact =
-                format!("{name} does not close: an error of {} ({unit}) is left", number(e.left));
+                format!("{name} does not close: an error of {} ({unit}) remains", number(e.left));
             let help = match m.body_ids().any(kept) {
                 false => {
                     "start nearer to a closed configuration, or check lengths, frames and prescribed hinges"
                 }
                 true => {
-                    "start nearer to a closed configuration, leave out values in `initial` that follow from others, or check lengths, frames and prescribed hinges"
+                    "start nearer to a closed configuration, remove values in `initial` that follow from others, or check lengths, frames and prescribed hinges"
                 }
             };
             return fault(fact, help);
@@ -64,12 +64,12 @@ impl MechanismPlan {
         };
         let what = if e.rates { "rates" } else { "coordinates" };
         let fact = format!(
-            "the {what} that are written for the start do not fit {name}: it is off by {} ({unit}) with {}; the nearest that fit are {}",
+            "the initial {what} are not compatible with {name}: its error is {} ({unit}) with {}; the nearest compatible ones are {}",
             number(e.left),
             list(given),
             list(nearest)
         );
-        let help = "correct a value, or leave it out so that it follows from the others; `approximate: true` in an `initial` says that its values are only near";
+        let help = "correct a value, or remove it so that it follows from the others; write `approximate: true` in an `initial` whose values are approximate";
         let first = all.first().and_then(|b| self.bodies.get(m.get(*b).name()));
         let origin = first.copied().filter(|o| *o != Origin::NONE).unwrap_or(at_constraint);
         Fault::new(origin, fact).help(help)

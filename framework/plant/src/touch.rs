@@ -1,4 +1,4 @@
-//! What contact does to each body: the sum of the forces on its colliders, and where it acts.
+//! Load of contact on each body: the sum of the forces on its colliders, and the point at which it acts.
 use linkwork_collision::{ColliderId, Colliders, SurfaceVelocities};
 use linkwork_multibody::BodyId;
 use linkwork_solvers::{CompliantContact, ContactStepper, PairLoad};
@@ -7,8 +7,8 @@ use linkwork_spatial::Vec3;
 /// Signal lanes of each body: force, point.
 pub(crate) const LANES: usize = 6;
 
-/// Bodies with a collider, in their order. Where rules let it meet no other nothing touches it: a phase in which a pair is ignored reports no force,
-/// so that what logs and views keep is not that of the phase before.
+/// Returns the bodies with a collider, in their order. If the rules exclude all pairs of a body, nothing touches it: a phase in which a pair is
+/// ignored reports zero force, so that logs and views do not keep the value of the phase before.
 pub(crate) fn touched(colliders: Option<&Colliders>) -> Vec<BodyId> {
     let Some(all) = colliders else { return Vec::new() };
     let mut out: Vec<BodyId> = all.ids().filter_map(|c| all.body(c)).collect();
@@ -17,7 +17,7 @@ pub(crate) fn touched(colliders: Option<&Colliders>) -> Vec<BodyId> {
     out
 }
 
-/// The colliders of each body whose surface velocity comes from a part.
+/// Returns the colliders of each body whose surface velocity comes from a part.
 pub(crate) fn belts(bodies: &[BodyId], colliders: Option<&Colliders>) -> Vec<Vec<ColliderId>> {
     let of = |body: &BodyId| {
         let all = colliders.into_iter().flat_map(|c| c.ids().map(move |id| (c.body(id), id)));
@@ -26,7 +26,7 @@ pub(crate) fn belts(bodies: &[BodyId], colliders: Option<&Colliders>) -> Vec<Vec
     bodies.iter().map(of).collect()
 }
 
-/// The velocities of surfaces, of either kind of contact.
+/// Sets the velocities of surfaces, for either kind of contact.
 pub(crate) fn surfaces<'a>(
     stepper: &'a mut Option<ContactStepper>,
     compliant: &'a mut Option<CompliantContact>,
@@ -76,7 +76,7 @@ pub(crate) fn of_forces(contact: &CompliantContact) -> impl Iterator<Item = Pair
     contact.loads().iter().copied()
 }
 
-/// Mean loads of a step of `h` s with impulses.
+/// Computes the mean loads of a step of `h` s from impulses.
 pub(crate) fn of_impulses(
     stepper: &ContactStepper,
     h: f64,

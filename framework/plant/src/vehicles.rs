@@ -1,4 +1,4 @@
-//! Mass, centre of mass and inertia of whole vehicles, as they are at an instant.
+//! Mass, centre of mass and inertia of whole vehicles at an instant.
 //!
 //! ```text
 //! vehicle of a node N    all bodies that hang on the same body of the world: its base, and what is outboard of it
@@ -11,7 +11,7 @@ use linkwork_multibody::{BodyId, Multibody};
 use linkwork_runtime::{Lane, VehicleMass};
 use linkwork_spatial::RigidInertia;
 
-/// The body on the world that a body hangs on.
+/// Returns the root body, attached to the world, of the tree of a body.
 fn base(mb: &Multibody, mut body: BodyId) -> BodyId {
     while let Some(parent) = mb.get(body).parent() {
         body = parent;

@@ -262,7 +262,7 @@ fn pins_hold_beside_contact_and_not_inside_loops() {
         let coordinate = sim.plan().lanes.iter().find(|(_, v)| v.place == Place::X(0));
         let path = coordinate.unwrap().0.clone();
         let e = sim.pin(&path, 1.0).unwrap_err();
-        assert!(e.message.contains("holds it together"), "{constraint_method:?}: {e}");
+        assert!(e.message.contains("couples it to other numbers"), "{constraint_method:?}: {e}");
     }
 }
 

@@ -64,7 +64,7 @@ fn hinges_are_pinned_and_rotations_are_not() {
         let mut sim = Simulation::new(plan(&arm(method)));
         for path in ["weight.rotation.x", "weight.rotation.w"] {
             let e = sim.pin(path, 0.5).unwrap_err();
-            assert!(e.message.contains("holds it together"), "{e}");
+            assert!(e.message.contains("couples it to other numbers"), "{e}");
         }
         // The rate is pinned, and the angle increases with it.
         sim.pin("arm.rate", 0.5).unwrap();

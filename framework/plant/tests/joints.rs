@@ -248,7 +248,7 @@ fn what_cannot_act_is_a_warning_with_place_and_remedy() {
     let h = Some(0.001);
     let limited = || pin().limits(limits);
     let said = told(flag(limited(), Contact::Off), None);
-    assert!(said.len() == 1 && said[0].contains("its limits do not act"), "{said:?}");
+    assert!(said.len() == 1 && said[0].contains("its limits have no effect"), "{said:?}");
     assert!(told(flag(limited(), Contact::On), None).is_empty());
     assert!(told(flag(limited(), Contact::Off), h).is_empty());
     let said = told(pendulum(limited(), 0.5, 0.0, Contact::Off), h);

@@ -20,7 +20,7 @@ pub fn check(sim: &Path, set: &[String]) -> u8 {
         return exit::FAILED;
     }
     say!(
-        "ok: {} models, {} services, {} wires, {} variables; tick {}, step {}, {} operations a stage",
+        "ok: {} models, {} services, {} wires, {} variables; tick {}, step {}, {} operations per stage",
         p.parts.len(),
         p.services.iter().count(),
         p.wires.len(),

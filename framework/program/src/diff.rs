@@ -37,7 +37,7 @@ fn read(path: &Path) -> Result<Contents, String> {
                 .and_then(|b| rmp_serde::from_slice(b).ok())
                 .unwrap_or_default();
             let pins = c.pins.iter().map(|(path, y)| (format!("pin of {path}"), one(*y)));
-            let phase = ("phase (its place in the file)".to_string(), one(c.instant.phase.into()));
+            let phase = ("phase (its index in the file)".to_string(), one(c.instant.phase.into()));
             let series = values
                 .enumerate()
                 .map(|(k, y)| {

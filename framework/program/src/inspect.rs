@@ -154,8 +154,7 @@ pub fn describe(model: &str) -> u8 {
     let d = &entry.description;
     let mut out = format!("{}\n{}\n", d.name, d.doc);
     if let Some(kind) = entry.service_kind() {
-        let _ =
-            writeln!(out, "\nA service: provides {} to the models that ask for it.", kind.text());
+        let _ = writeln!(out, "\nA service: provides {} to the models that use it.", kind.text());
     }
     if !d.params.is_empty() {
         out.push_str("\nparameters\n");
@@ -178,7 +177,7 @@ pub fn describe(model: &str) -> u8 {
         );
     }
     if let Some(kind) = &d.shows {
-        let _ = writeln!(out, "\nA field: shows {kind} to the parts that read it.");
+        let _ = writeln!(out, "\nA field: provides {kind} to the parts that read it.");
     }
     if let Some(field) = &d.reads {
         let _ = writeln!(out, "\nReads a field of {field}: the nearest one, if there is any.");

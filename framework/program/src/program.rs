@@ -206,7 +206,7 @@ enum Command {
     Graph {
         /// A simulation.
         sim: PathBuf,
-        /// Which language.
+        /// Language of the graph.
         #[arg(long, value_enum, default_value_t = GraphFormat::Dot)]
         format: GraphFormat,
     },

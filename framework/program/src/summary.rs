@@ -6,11 +6,11 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// How a run ended.
+/// Reason for the end of a run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Ending {
-    /// It reached the time `until`.
+    /// The run reached the time `until`.
     Until,
     /// The condition `stop_when` became true.
     StopWhen,
@@ -38,7 +38,7 @@ pub fn late(ended: &Ended, until: Option<Seconds>, now: f64) -> Option<String> {
 pub struct Summary {
     /// Name of the simulation.
     pub simulation: String,
-    /// How it ended.
+    /// Reason for the end of the run.
     pub ended: Ending,
     /// Simulated time at the end (s).
     pub time: f64,
@@ -93,7 +93,7 @@ pub fn ending(ended: Ended) -> Ending {
         Ended::Failed(e) => Ending::Failed(explain(&e)),
         Ended::Bad(e) if e.help.is_some() => Ending::Failed(e.to_string()),
         Ended::Bad(e) => Ending::Failed(format!(
-            "{e}\n  help: this is already so at the start; check the inputs of `{}`, and its parameters",
+            "{e}\n  help: this is already the case at the start; check the inputs of `{}`, and its parameters",
             e.path
         )),
         Ended::Recorder(e) => Ending::LogFailed(e),

@@ -42,7 +42,7 @@ mod drawn {
     use linkwork_record::{End, Entry, LogError, walk_log};
     use linkwork_viz::{NotShown, Player, View, VizError};
 
-    /// Why there is no recording.
+    /// Reason for which there is no recording.
     enum Fault {
         Log(LogError),
         Recording(VizError),
@@ -160,8 +160,8 @@ mod drawn {
         if log.extension().is_some_and(|e| e == "ron") {
             if options.flown.is_some() {
                 tell!(
-                    "error: --flown requires a log, but `{}` is not one\n  help: give the .mcap file of a run, or leave \
-                     --flown out",
+                    "error: --flown requires a log, but `{}` is not one\n  help: give the .mcap file of a run, or omit \
+                    --flown",
                     log.display()
                 );
                 return Err(exit::INPUT);

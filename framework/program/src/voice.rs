@@ -47,7 +47,7 @@ pub fn tell_text(text: Arguments<'_>) {
 pub fn exit_code(code: u8) -> u8 {
     note(std::io::stdout().flush());
     if code == exit::OK && LOST.load(Ordering::Relaxed) {
-        tell!("error: standard output cannot be written\n  help: is the disk full?");
+        tell!("error: standard output cannot be written\n  help: check whether the disk is full");
         return exit::FAILED;
     }
     code

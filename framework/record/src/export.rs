@@ -14,7 +14,7 @@ pub struct Exported {
     pub rows: u64,
     /// Number of variables.
     pub variables: usize,
-    /// How the log ends.
+    /// End of the log.
     pub end: End,
 }
 
@@ -33,7 +33,7 @@ pub enum ExportError {
         path: String,
     },
     /// The table cannot be written.
-    #[error("`{path}` cannot be written: {why}\n  help: make room, or choose another file")]
+    #[error("`{path}` cannot be written: {why}\n  help: free disk space, or choose another file")]
     Write {
         /// The table.
         path: String,

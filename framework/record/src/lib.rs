@@ -1,4 +1,4 @@
-//! Writes logs (MCAP with protobuf on every channel), reads and compares them, and makes plots and Parquet tables. Reads tables of other programs.
+//! Writes logs (MCAP with protobuf on every channel), reads and compares them, makes plots and Parquet tables, and reads tables of other programs.
 mod ballast;
 mod columns;
 mod export;

@@ -58,7 +58,7 @@ pub enum LogError {
     /// The file is damaged.
     #[error(
         "log `{path}` is damaged at byte {at}: {why}\n  help: use an intact copy, or repeat the run: its \
-         configuration and the seed give the same rows"
+        configuration and seed reproduce the same samples"
     )]
     Damaged {
         /// The file.

@@ -1,8 +1,8 @@
 //! Reading of logs: every number as a series, and comparison of two logs with tolerances.
 //!
 //! A log is read from its beginning to its end with all its checksums, one record at a time. A flipped bit anywhere is therefore an error with its
-//! position, and a wrong length in a damaged file cannot cause a large allocation. A log that lacks only its end (a killed run) is read as far as it
-//! is complete.
+//! position, and a wrong length in a damaged file cannot cause a large allocation. A log without its end (of a killed run) is read as far as it is
+//! complete.
 use crate::log::{CONFIGURATION, LogError, PATH, SETS, START, SetMessage, TRANSFORMS, UNIT, why};
 use crate::overlays::{self, PART, TILES, WAYS};
 use crate::pictures::{PICTURES, picture};
@@ -32,7 +32,7 @@ pub struct Series {
     pub unit: String,
 }
 
-/// How a log ends.
+/// Kinds of ends of a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
     /// Complete.
@@ -57,7 +57,7 @@ pub struct LogContents {
     pub start: Option<Vec<u8>>,
     /// Variables that were set, pinned or unpinned from outside, in order.
     pub sets: Vec<SetRow>,
-    /// How the log ends.
+    /// End of the log.
     pub end: End,
 }
 

@@ -3,7 +3,7 @@ use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 
-/// When a file must be on the disk.
+/// Time at which a file must be on the disk.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Durable {
     /// Before the call returns.

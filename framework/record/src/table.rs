@@ -1,8 +1,8 @@
 //! Tables of other programs, as CSV or Parquet: columns of numbers by their titles.
 //!
 //! A table is read completely. The first line of a CSV file contains the titles, cells are separated by commas, and an empty cell or `nan` is a
-//! missing value. Of Parquet files, integer and floating-point columns are read, with nulls as missing values; compression must be none or Snappy. A
-//! missing value is NaN.
+//! missing value. From Parquet files, integer and floating-point columns are read, with nulls as missing values; they must be uncompressed or
+//! compressed with Snappy. A missing value is NaN.
 use parquet::basic::Type as Physical;
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::DataType;

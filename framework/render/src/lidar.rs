@@ -79,7 +79,7 @@ impl Lidar {
     /// No beams or too many, directions that are not unit vectors, numbers out of range.
     pub fn check(&self) -> Result<(), RenderError> {
         let many = |n: f64| (1.0..=BEAMS_MAX as f64).contains(&n);
-        number("number of beams", self.beams.len() as f64, many, "take 1 to 4 million")?;
+        number("number of beams", self.beams.len() as f64, many, "use 1 to 4 million")?;
         let unit = |v: &Vec3| {
             number(
                 "length of a beam's direction",

@@ -83,7 +83,7 @@ impl Matcher {
         let fault = |fact: String| Err(RenderError::Pair { fact });
         if (width, height) != (right.width, right.height) || left.bits != right.bits {
             return fault(format!(
-                "{width} by {height} pixels of {} bits and {} by {} of {}",
+                "{width} by {height} pixels of {} bits on the left, {} by {} of {} bits on the right",
                 left.bits, right.width, right.height, right.bits
             ));
         }

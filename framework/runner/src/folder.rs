@@ -16,7 +16,7 @@ pub enum FolderError {
     Io {
         /// The folder.
         path: PathBuf,
-        /// What failed.
+        /// The failed action.
         what: &'static str,
         /// The reason.
         source: io::Error,

@@ -9,7 +9,7 @@ use linkwork_runtime::{
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-/// When to stop.
+/// Conditions at which a run stops.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Goal {
     /// At the first tick at or after this time.
@@ -48,7 +48,7 @@ pub enum Need {
     May,
 }
 
-/// Why a run ended.
+/// Reason for the end of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Ended {
     /// The time given by `until`, or the number of steps.
@@ -65,7 +65,7 @@ pub enum Ended {
     Recorder(String),
 }
 
-/// Why [`Runner::go`] returned.
+/// Reason for which [`Runner::go`] returned.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Pause {
     /// The run has ended.
@@ -76,7 +76,7 @@ pub enum Pause {
     Chunk,
 }
 
-/// How a recorder ended.
+/// Result of a recorder.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RecorderEnd {
     /// Its name in [`Runner::add_recorder`].
@@ -95,7 +95,7 @@ struct Feed {
     name: String,
     need: Need,
     recorder: Recorder,
-    /// Why it could not be flushed, and therefore ends.
+    /// Reason for which it could not be flushed and therefore ends.
     failed: Option<String>,
 }
 

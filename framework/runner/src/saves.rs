@@ -19,7 +19,7 @@ pub struct Saves {
     /// A state about one simulated second old, for the case that a step fails.
     last: Option<(Simulation, Extra)>,
     next_last: f64,
-    /// Why there is no such state.
+    /// Reason for which there is no such state.
     unsaved: Option<String>,
     /// Files written, in order.
     pub written: Vec<PathBuf>,

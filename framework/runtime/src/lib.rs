@@ -85,7 +85,7 @@ pub mod host {
     pub use crate::step::{SettleGroup, settle};
 }
 
-/// Items that a library of models needs in scope.
+/// Items for libraries of models.
 pub mod prelude {
     pub use crate::author::connectors::{
         Current, Currents, HeatFlow, HeatFlows, MassFlow, MassFlows, OpenVoltage, Propellant,

@@ -108,10 +108,10 @@ fn what_cannot_be_solved_is_refused() {
     let parts = || vec![part("a", "t.gain", &[], None), part("b", "t.gain", &[], None)];
     let no_loop = with(parts(), &[], vec![solved("a.y -> b.u")]);
     let text = faults(&no_loop);
-    assert!(text.contains("closes no loop") && text.contains("leave `solve` out"), "{text}");
+    assert!(text.contains("does not close a loop") && text.contains("remove `solve`"), "{text}");
     let mut bad = with(parts(), &["a.y -> b.u"], vec![solved("b.y -> a.u")]);
     bad.wires[1].timing = WireTiming::Solved { tolerance: 0.0 };
-    assert!(faults(&bad).contains("a tolerance of 0"));
+    assert!(faults(&bad).contains("the tolerance is 0"));
     // Only one of the two loops is solved, so the other one is reported.
     let mut parts3 = parts();
     parts3.push(part("c", "t.adder", &[], None));
@@ -130,7 +130,7 @@ fn what_cannot_be_solved_is_refused() {
         vec![solved("b.y -> s.u")],
     );
     let text = faults(&sampled);
-    assert!(text.contains("changes at its samples only") && text.contains("`delay: 1`"), "{text}");
+    assert!(text.contains("changes only at its samples") && text.contains("`delay: 1`"), "{text}");
 }
 
 #[test]
@@ -205,7 +205,7 @@ fn mistakes_in_delays_are_told_with_the_wire() {
     for (samples, initial, want) in [
         (0, vec![], "a delay of 0 samples"),
         (1_000_000, vec![], "a delay of 1000000 samples"),
-        (1, vec![1.0, 2.0], "it carries 1 numbers and `initial` has 2"),
+        (1, vec![1.0, 2.0], "it carries 1 numbers, but `initial` has 2"),
     ] {
         let text = faults(&with(parts(), &[], vec![delayed("a.y -> b.u", samples, &initial)]));
         assert!(text.contains(want) && text.contains("`a.y -> b.u`"), "{text}");

@@ -311,7 +311,7 @@ fn half_an_imprint_and_a_field_without_a_rate_are_refused() {
     let faults = compile(&spec(parts, &[]), &catalogue(), &Files::default()).err().unwrap();
     let told = faults.to_string();
     assert!(told.contains("`half` writes to `sand`, but not sand"), "{told}");
-    assert!(told.contains("`sand` (t.sand) is sampled and has no rate"), "{told}");
+    assert!(told.contains("`sand` (t.sand) is sampled, but has no rate"), "{told}");
 }
 
 #[test]

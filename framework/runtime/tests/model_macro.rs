@@ -110,7 +110,7 @@ fn parameters_take_units_and_refuse_all_mistakes_at_once() {
     let all = text.join("\n");
     for part in [
         "`rover.motor` has no parameter `resistence` did you mean `resistance`?",
-        "`3 V` is in V, but ohm is wanted",
+        "`3 V` is in V, but ohm is expected",
         "`rover.motor.inductance` = -1 H is out of range 1e-6 ..",
         "`rover.motor.gear` is not a number",
         "`gear` is written twice",
@@ -180,13 +180,17 @@ fn lists_may_be_columns_of_a_file() {
     assert_eq!(read("h\n7\n", vec![("heights", only.clone())]).unwrap().heights, [7.0]);
     for (content, value, wanted) in [
         (good, column("hh"), "t.csv has no column `hh`"),
-        (good, only, "one column or a list of columns is wanted / Some(\"write `column: ..`"),
+        (good, only, "one column or a list of columns is expected / Some(\"write `column: ..`"),
         (good, column("word"), "t.csv:3: `part.heights`"),
         ("h\n1\n-2\n", column("h"), "t.csv:3: `part.heights` = -2 m is out of range"),
-        ("h [kg]\n1\n", column("h"), "t.csv:2: `part.heights`: `1.0 kg` is in kg, but m is wanted"),
+        (
+            "h [kg]\n1\n",
+            column("h"),
+            "t.csv:2: `part.heights`: `1.0 kg` is in kg, but m is expected",
+        ),
         ("h, h\n1, 2\n", column("h"), "t.csv has two columns `h`"),
         ("h, g\n1\n", column("h"), "t.csv: CSV error"),
-        ("h\n", column("h"), "t.csv has no line under its headings"),
+        ("h\n", column("h"), "t.csv has no rows below its headings"),
         ("h\nnan\n", column("h"), "t.csv:2: "),
     ] {
         let told = read(content, vec![("heights", value)]).unwrap_err();

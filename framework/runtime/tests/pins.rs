@@ -283,7 +283,7 @@ fn pins_go_over_to_a_phase_that_has_the_variable_and_others_are_told() {
     let moves = sim.take_moves();
     let told = &moves[0].2.unpinned;
     assert!(told[0].0 == "free.u" && told[0].1.contains("it only reads `x.y`"), "{told:?}");
-    assert!(told[1].0 == "gain.y" && told[1].1.contains("not there"), "{told:?}");
+    assert!(told[1].0 == "gain.y" && told[1].1.contains("does not exist"), "{told:?}");
     assert_eq!(told.len(), 2);
     // Continue from a checkpoint that was saved in either phase.
     for cut in [0.5, 1.0, 1.01, 1.5] {
@@ -296,7 +296,7 @@ fn pins_go_over_to_a_phase_that_has_the_variable_and_others_are_told() {
         assert_eq!(rest.hash(), sim.hash(), "{cut}");
     }
     let e = sim.pin("gain.y", 1.0).unwrap_err();
-    assert!(e.message.contains("not there in phase `b`"), "{e}");
+    assert!(e.message.contains("does not exist in phase `b`"), "{e}");
 }
 
 /// A pattern is one build and one evaluation, and all or nothing.

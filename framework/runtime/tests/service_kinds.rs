@@ -106,11 +106,11 @@ fn a_model_uses_a_service_of_a_kind_of_its_library() {
 #[test]
 fn a_kind_of_a_library_is_named_in_messages() {
     let e = fault(&[]);
-    assert!(e.contains("`gauge`: needs a sea service and there is none"), "{e}");
+    assert!(e.contains("`gauge`: needs a sea service, but there is none"), "{e}");
     assert!(e.contains("add a part that provides sea"), "{e}");
     let two: [(&str, &[(&str, f64)]); 2] = [("a", &[("density", 1.0)]), ("b", &[("density", 1.0)])];
     let e = fault(&two);
-    assert!(e.contains("needs a sea service and there are 2\n  help: name one of: a, b"), "{e}");
+    assert!(e.contains("needs a sea service, but there are 2\n  help: name one of: a, b"), "{e}");
     assert_eq!(library().get("t.still_water").unwrap().service_kind().unwrap().text(), "sea");
 }
 

@@ -3,7 +3,7 @@
 use crate::{Force, Mat3, Motion, Quat, Vec3, skew};
 use serde::{Deserialize, Serialize};
 
-/// How strictly mass properties are checked.
+/// Strictness of the check of mass properties.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum InertiaCheck {
     /// A set of point masses with this inertia must exist: each principal moment is at most the sum of the other two.
@@ -23,7 +23,7 @@ pub struct MassProperties {
     pub com: Vec3,
     /// Inertia about the centre of mass, body axes, kg m². Off-diagonal terms are −∫xy dm.
     pub inertia_com: Mat3,
-    /// Which check to apply.
+    /// Check to apply.
     #[serde(default)]
     pub check: InertiaCheck,
 }

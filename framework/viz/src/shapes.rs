@@ -28,7 +28,7 @@ fn transform(pose: &Pose) -> re_sdk_types::archetypes::Transform3D {
     re_sdk_types::archetypes::Transform3D::from_translation_rotation(f3(&pose.position), q)
 }
 
-/// When a shape exists.
+/// Time at which a shape exists.
 #[derive(Clone, Copy, PartialEq)]
 pub enum When {
     /// Always.

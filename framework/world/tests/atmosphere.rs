@@ -228,7 +228,7 @@ fn wrong_tables_are_refused() {
         ("h,rho,T\n0,1.2,288\n1,x,287\n", "air.csv:3: `x` in column `rho` is not a number"),
         ("h,rho,T\n0,1.2,288\n1,1.1\n", "air.csv:3: `` in column `T` is not a number"),
         ("h,rho,T\n0,1.2,288\n1,-1.1,280\n", "air.csv:3: altitude 1 m, density -1.1"),
-        ("h,rho,T\n0,1.2,288\n2,1.1,280\n\n1,1,280\n", "air.csv:5: altitude 1 m beside 2 m"),
+        ("h,rho,T\n0,1.2,288\n2,1.1,280\n\n1,1,280\n", "air.csv:5: altitude 1 m is next to 2 m"),
         ("", "column `h` is missing"),
     ];
     for (text, expected) in cases {

@@ -290,10 +290,13 @@ fn damaged_kernels_are_refused() {
     assert!(fault(&with(8, &5i32.to_le_bytes())).contains("ND, NI are not 2, 6"));
     let told = fault(&with(1024 + 24 + 28, &10i32.to_le_bytes()));
     assert!(
-        told.contains("no segment of a type that is read; it has body 301 by type 10 in axes 1"),
+        told.contains("no segment of a supported type; it has body 301 with type 10 in axes 1"),
         "{told}"
     );
-    assert!(fault(&with(1024 + 24 + 24, &17i32.to_le_bytes())).contains("no segment of a type"));
+    assert!(
+        fault(&with(1024 + 24 + 24, &17i32.to_le_bytes()))
+            .contains("no segment of a supported type")
+    );
     assert!(fault(&with(1024 + 24 + 32, &(-7i32).to_le_bytes())).contains("an address is -7"));
     let count = good.len() - 8;
     assert!(fault(&with(count, &3f64.to_le_bytes())).contains("do not match its length"));

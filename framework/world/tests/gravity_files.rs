@@ -201,7 +201,7 @@ fn wrong_gmat_files_are_refused() {
         ("END".to_string(), "there is no POTFIELD"),
         (format!("{head}{head}{rows}END"), "field:2: a second POTFIELD; the first is on line 1"),
         (format!("{head}{rows}{rows}END"), "field:5: degree 2, order 0 is already on line 2"),
-        (format!("{head}WHAT\nEND"), "field:2: `WHAT` is no keyword"),
+        (format!("{head}WHAT\nEND"), "field:2: `WHAT` is not a keyword"),
         (
             format!("{head}RECOEF    3  0   -4.8e-04\nEND"),
             "field:2: degree 3, order 0 in a field of degree 2, order 2",

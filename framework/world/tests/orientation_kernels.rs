@@ -193,5 +193,5 @@ fn damaged_and_other_binary_kernels_are_refused() {
         other[kind(k)..kind(k) + 4].copy_from_slice(&3_i32.to_le_bytes());
     }
     let error = PckKernel::parse("r.bpc", &other).unwrap_err().to_string();
-    assert!(error.contains("body 31001 by type 3 in axes 1"), "{error}");
+    assert!(error.contains("body 31001 with type 3 in axes 1"), "{error}");
 }

@@ -446,10 +446,10 @@ fn tables_that_do_not_fit_are_refused() {
         &FINALS.replace("54832.00", "54833.00"),
         "2009-01-02T00:00:00 UTC comes after 2008-12-31",
     );
-    refused(FINALS.lines().next().unwrap(), "less than two days");
+    refused(FINALS.lines().next().unwrap(), "fewer than two days");
     refused(&CELESTRAK.replace(",DX,", ",DZ,"), "no column `DX`");
     refused(&CELESTRAK.replace("0.381123", "381.123"), "eop.txt:3: y of the pole, ″, is `381.123`");
-    refused(&C04.replace("53758.00", "53757.50"), "not a midnight");
+    refused(&C04.replace("53758.00", "53757.50"), "not midnight");
     let table = EarthOrientation::read("finals2000A.all", FINALS).unwrap();
     for (epoch, span) in [("2008-12-27 00:00:00 UTC", 0.0), ("2008-12-29 00:00:00 UTC", 1e6)] {
         let said =

@@ -29,7 +29,7 @@ const EXAMPLES: &str = "Examples:
   linkwork fork runs/pendulum/checkpoint_2.lwck --set Friction.damping=0.3 --until 5s     continue with a change
   linkwork run sims/pendulum --serve --realtime          and in another terminal:
   linkwork attach runs/pendulum watch '**.angle'        print values; set, pin, pause, step, go, checkpoint, quit
-  linkwork campaign sims/ballistic_entry/dispersions.ron     many runs with drawn values, tables and a report
+  linkwork campaign sims/ballistic_entry/dispersions.ron     many runs with sampled values, tables and a report
   linkwork campaign sims/ballistic_entry/dispersions.ron --run 17 --log     repeat one of them
   linkwork new simulation swing                         a small simulation to start from
   linkwork new library windmill                         your own models, with a program and tests

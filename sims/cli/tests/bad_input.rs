@@ -104,14 +104,14 @@ fn wrong_values() {
     one(
         &[("mass: \"1 kg\"", "mass: \"1 m\"")],
         &[
-            "body `bob`: `mass`: `1 m` is in m, but kg is wanted",
+            "body `bob`: `mass`: `1 m` is in m, but kg is expected",
             "--> bad.ron:5:19",
             "a text with a unit such as \"1 kg\"",
         ],
     );
     one(
         &[("\"1 s\" }", "\"1 kg\" }")],
-        &["`Lag.time_constant`: `1 kg` is in kg, but s is wanted", "--> bad.ron:13:65"],
+        &["`Lag.time_constant`: `1 kg` is in kg, but s is expected", "--> bad.ron:13:65"],
     );
     one(
         &[("\"1 s\" }", "\"0 s\" }")],
@@ -159,7 +159,7 @@ fn bodies_that_cannot_be() {
     );
     one(
         &[("mass: \"1 kg\"", "mass: 0")],
-        &["`bob`", "nothing to accelerate", "--> bad.ron:", "armature"],
+        &["`bob`", "its hinge moves no mass", "--> bad.ron:", "armature"],
     );
 }
 
@@ -186,7 +186,7 @@ fn wires_that_cannot_be() {
     one(
         &circle,
         &[
-            "loop of direct outputs through Gain, Source: `Gain.y -> Source.u`, `Source.y -> Gain.u`",
+            "algebraic loop of feedthrough outputs through Gain, Source: `Gain.y -> Source.u`, `Source.y -> Gain.u`",
             "--> bad.ron:15:",
             "`delay: 1`",
         ],
@@ -567,7 +567,7 @@ fn damaged_checkpoints() {
     resume(
         "foreign.lwck",
         &std::fs::read(lab.path("out/run.mcap")).unwrap(),
-        "it does not begin as one",
+        "it does not begin with the signature of a checkpoint",
     );
     lab.resume("out/run.mcap", "again", &[]).code(2).tells(&["run.mcap"]);
     lab.resume("out", "again", &[]).code(2).tells(&["`out`"]);
@@ -596,7 +596,7 @@ fn a_free_body_without_mass_that_carries_others_is_told() {
     lab.write("without.ron", &sim(""));
     let said = lab.linkwork(&["check", "without.ron"]).code(0);
     let said =
-        said.tells(&["warning: `chassis` is free and has no mass", "help: write its `mass`"]);
+        said.tells(&["warning: `chassis` is free, but it has no mass", "help: write its `mass`"]);
     assert_eq!(said.err.matches("warning: ").count(), 1, "{}", said.err);
     lab.write("with.ron", &sim("mass: \"20 kg\", inertia: Box([1, 1, 1]),"));
     assert_eq!(lab.linkwork(&["check", "with.ron"]).code(0).err, "");

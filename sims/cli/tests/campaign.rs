@@ -459,7 +459,7 @@ fn bad_files_are_refused_with_place_fact_and_remedy() {
     refused(&[(two, three)], &["not positive semi-definite", "row 3"]);
     refused(
         &[("of: [\"bob.mass\"", "of: [\"bob.mess\"")],
-        &["`bob.mess` is not drawn", "did you mean `bob.mass`"],
+        &["`bob.mess` is not a sampled value", "did you mean `bob.mass`"],
     );
     refused(&[("of: [\"bob.mass\"", "of: [\"Gain.k\"")], &["`Gain.k` is a Choice"]);
     refused(
@@ -483,7 +483,7 @@ fn bad_files_are_refused_with_place_fact_and_remedy() {
     refused(&[("\"until\": \"0.2 s\"", "\"seed\": 3")], &["noise: Own"]);
     refused(
         &[("(\"bob.mass\", \"largest speed\")", "(\"largest speed\", \"smallest\")")],
-        &["`smallest` is neither a metric nor a drawn number"],
+        &["`smallest` is neither a metric nor a sampled parameter"],
     );
     refused(&[("    correlate", "    limits: (wall: \"-1 s\"),\n    correlate")], &["`wall`"]);
     let kept = "of: [\"bob.*\"], every: \"0.02 s\"";
@@ -495,7 +495,7 @@ fn bad_files_are_refused_with_place_fact_and_remedy() {
     let drawn = "\"Gain.k\": Choice(of: [1, 2, 5], weights: [1, 1, 2])";
     refused(
         &[(drawn, "\"step\": Choice(of: [\"1 ms\", \"2 ms\"])")],
-        &["bad.ron:11:", "a drawn `step`"],
+        &["bad.ron:11:", "`step` is sampled"],
     );
     refused(
         &[(kept, "of: [\"bob.*\"], every: \"1 ms\""), ("0.2 s", "24 h")],

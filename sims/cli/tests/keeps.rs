@@ -154,11 +154,11 @@ fn checkpoints_that_no_run_writes_are_rejected() {
         ("is NaN", Box::new(|c| lane(c, f64::NAN))),
         ("is inf", Box::new(|c| lane(c, f64::INFINITY))),
         ("is 1e308", Box::new(|c| lane(c, 1e308))),
-        ("an instant 1e300 s after a row", Box::new(|c| c.instant.since = 1e300)),
-        ("and it says 0.5 s", Box::new(|c| c.tick += 1)),
-        ("and it says NaN s", Box::new(|c| c.time = f64::NAN)),
+        ("its time is 1e300 s after a row", Box::new(|c| c.instant.since = 1e300)),
+        ("but the checkpoint states 0.5 s", Box::new(|c| c.tick += 1)),
+        ("but the checkpoint states NaN s", Box::new(|c| c.time = f64::NAN)),
         ("events at one instant", Box::new(|c| c.instant.micro = u32::MAX)),
-        ("a step of NaN s", Box::new(|c| c.instant.memory.0 = f64::NAN)),
+        ("its next step is NaN s", Box::new(|c| c.instant.memory.0 = f64::NAN)),
         ("a step of -1 s", Box::new(|c| c.instant.memory.0 = -1.0)),
         (
             "`Lag.y` is pinned to NaN",
@@ -170,7 +170,7 @@ fn checkpoints_that_no_run_writes_are_rejected() {
     for (wanted, change) in &cases {
         forged(&lab, change);
         let said = lab.resume("forged.lwck", "forged", &[]).code(2);
-        said.tells(&[wanted, "what no run writes", "help: "]);
+        said.tells(&[wanted, "values that no run writes", "help: "]);
     }
     // At this tick a double cannot represent the length of a row.
     forged(&lab, |c| {

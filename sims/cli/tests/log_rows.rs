@@ -274,7 +274,7 @@ fn what_cannot_be_meant_is_refused_and_what_does_not_happen_is_told() {
     said("when: \"Ball.height < 1 cm\", before: \"-1 s\"", &["before"]);
     said(
         "when: \"Ball.height < 1 cm\", before: \"1 h\"",
-        &["would wait in memory", "16 MiB may", "make `before` shorter"],
+        &["would be kept in memory", "the limit is 16 MiB", "use a shorter `before`"],
     );
     lab.write("bad.ron", &ball(r#"[(channels: ["Ball.**"], on_change: "yes")]"#));
     lab.run("bad.ron", "bad", &[]).code(2).tells(&["on_change", "help: "]);

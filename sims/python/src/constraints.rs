@@ -15,7 +15,7 @@ use pyo3::types::PyDict;
 mod reports;
 pub use reports::{ConstrainedMotion, Constraint, Rank};
 
-/// How constraints enter the equations.
+/// Treatment of constraints in the equations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Solver {
     /// Tree-augmented, constraint embedding, or both.
@@ -36,7 +36,7 @@ pub const CLOSED: f64 = 1e-6;
 
 /// Memory of the solvers of constraints.
 pub struct Constrained {
-    /// Which constraints are embedded and which have multipliers.
+    /// Choice of constraints that are embedded, and of those with multipliers.
     constraint_method: ConstraintMethod,
     solver: ConstrainedSolver,
     projector: Projector,

@@ -129,9 +129,9 @@ fn some_of(names: &[&str]) -> Option<String> {
 /// What happens to the mimic joints and couplings of a URDF, MJCF or SDF file.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Couplings {
-    /// They become constraints of the mechanism.
+    /// The couplings become constraints of the mechanism.
     Kept,
-    /// They are ignored; their coordinates are free.
+    /// The couplings are ignored; their coordinates are free.
     LeftOut,
 }
 

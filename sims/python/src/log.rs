@@ -14,7 +14,7 @@ use std::sync::{Arc, Mutex};
 pub struct Filling {
     /// Selects the samples.
     pub due: runtime::Rows,
-    /// Where its rows go.
+    /// Destination of its rows.
     pub into: Arc<Mutex<Columns>>,
 }
 

@@ -265,7 +265,7 @@ fn plain(params: &Located) -> Value {
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Saves {
-    /// With `save` and `load`.
+    /// The part has its own `save` and `load`.
     Own,
     /// `stateless = True`: the part does not have state.
     Nothing,

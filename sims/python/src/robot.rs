@@ -52,8 +52,8 @@ type ArrayLike<'a, 'py> = &'a Bound<'py, PyAny>;
 ///     SRDF file whose groups become parts; for a mechanism that was loaded from a file.
 /// objects : dict, optional
 ///     Objects that hands can hold: {name: (mass, com, inertia)} for a rigid object, with kg, m (3,) and kg m² (3, 3) about the centre of
-///     mass; or {name: Mechanism} for an object with joints, such as pliers. The one body on the mechanism's world must have this name and a
-///     free hinge. A collider belongs to an object if it names one of its bodies.
+///     mass; or {name: Mechanism} for an object with joints, such as pliers. Exactly one body must be attached to the world of this
+///     mechanism; it must have this name and a free hinge. A collider belongs to an object if it names one of its bodies.
 /// colliders, ignore, collide, neighbours : optional
 ///     As in `Collisions`. An empty list of colliders disables collision checks.
 ///

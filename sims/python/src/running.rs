@@ -33,7 +33,7 @@ pub struct Running {
     pub calls: Vec<Py<PyAny>>,
 }
 
-/// Why `go` returned.
+/// Reason for which `go` returned.
 pub enum Stopped {
     /// The goal is reached.
     Done,

@@ -137,7 +137,7 @@ def test_frames_agree_with_the_state_and_compute_only_what_is_asked():
         (lambda: f.set_state("k", q), "did you mean|mechanisms: m"),
         (lambda: f.set_state("m", q[1:]), "`q` has"),
         (lambda: f.set_moving("camera", [0, 0, 0]), "moving frame"),
-        (lambda: f.fix("camera", "camera"), "hangs on it"),
+        (lambda: f.fix("camera", "camera"), "which is attached to it"),
     ):
         with pytest.raises(lw.LinkworkError, match=text):
             call()
@@ -187,7 +187,7 @@ def test_bodies_come_and_go():
         (lambda: edit.delete("b33"), "b33"),
         (lambda: edit.add("b3"), "exist"),
         (lambda: edit.add("x", hinge=lw.Hinge.pin([0, 0, 1]), q=[1, 2]), "numbers"),
-        (lambda: edit.attach("other/b0", "b0", lw.Hinge.locked()), "hangs on it"),
+        (lambda: edit.attach("other/b0", "b0", lw.Hinge.locked()), "which is outboard of it"),
         (lambda: m.edit(m.random_q(1)[1:], m.random_v(1)), "`q` has"),
     ):
         with pytest.raises(lw.LinkworkError, match=text):

@@ -3,7 +3,7 @@ use crate::json::{Json, Result};
 use serde_json::json;
 use std::fmt::Write;
 
-/// How a body hangs on its parent.
+/// Hinge of a body on its parent.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Joint {
     /// Six degrees of freedom, on the world.
@@ -12,7 +12,7 @@ pub enum Joint {
     Pin {
         /// Axis.
         axis: [f64; 3],
-        /// Its motion is given.
+        /// The motion is prescribed.
         prescribed: bool,
     },
 }
@@ -92,7 +92,7 @@ pub fn read(j: &Json) -> Result<Vec<Body>> {
         let there = |b: &Body| b.parent == "world" || out.iter().any(|o| o.name == b.parent);
         let (ready, later): (Vec<_>, Vec<_>) = rest.into_iter().partition(there);
         if ready.is_empty() {
-            return j.error(&format!("`{}` hangs on no body that is there", later[0].name));
+            return j.error(&format!("the parent of `{}` does not exist", later[0].name));
         }
         out.extend(ready);
         rest = later;
@@ -132,7 +132,7 @@ fn length(v: [f64; 3]) -> f64 {
 }
 
 impl Body {
-    /// As an entry of `bodies`; `wheel`: radius and width.
+    /// Returns the body as an entry of `bodies`; `wheel`: radius and width.
     pub fn ron(&self, all: &[Body], wheel: Option<(f64, f64)>) -> String {
         let hinge = match &self.joint {
             Joint::Free => "Free".to_string(),

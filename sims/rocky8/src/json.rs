@@ -7,7 +7,7 @@ use std::rc::Rc;
 /// Errors are messages with the place in the file.
 pub type Result<T> = std::result::Result<T, String>;
 
-/// A value and where it stands.
+/// A value and its position in the file.
 #[derive(Clone)]
 pub struct Json {
     value: Rc<Value>,
@@ -107,15 +107,17 @@ impl Json {
         let all: Vec<f64> = self.items()?.iter().map(Json::number).collect::<Result<_>>()?;
         match <[f64; N]>::try_from(all) {
             Ok(numbers) => Ok(numbers),
-            Err(all) => self.error(&format!("{N} numbers are wanted, there are {}", all.len())),
+            Err(all) => {
+                self.error(&format!("{N} numbers are required, but there are {}", all.len()))
+            }
         }
     }
 
-    /// That a value is the one that the conversion relies on.
+    /// Checks that a value is the one on which the conversion relies.
     pub fn must_be(&self, wanted: &Value) -> Result<()> {
         if *self.value == *wanted {
             return Ok(());
         }
-        self.error(&format!("this is {}, and only {wanted} can be converted", self.value))
+        self.error(&format!("this is {}, but only {wanted} can be converted", self.value))
     }
 }

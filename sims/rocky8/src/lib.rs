@@ -55,11 +55,11 @@ fn main_file(bodies: &[bodies::Body], out: &models::Out<'_>, left: &[String]) ->
     t += "Assembly(\n";
     t += "    doc: \"Rocky 8, a rover of JPL: rockers, bogies, six steered and driven wheels. x forward, y left, z up.\",\n";
     t += "    params: {\n";
-    t += "        \"steering\": (default: \"straight.csv\", doc: \"File of the steering angles over time, positive clockwise seen from above; a column for each steer.\"),\n";
-    t += "        \"differential\": (default: \"coupling\", doc: \"What joins the rockers: coupling (exact) or spring (the makers' penalty).\"),\n";
-    t += "        \"friction\": (default: 0.6, range: (0, 10), doc: \"Coulomb coefficient of wheels and ground; the makers' limit follows from a soil that the files do not give.\"),\n";
-    t += "        \"encoder_ticks\": (default: 4096, range: (1, 1e9), doc: \"Ticks of an encoder for each turn of its motor; the files do not give it.\"),\n";
-    t += "        \"encoder_rate\": (default: \"100 Hz\", doc: \"How often encoders are read; the files do not give it.\"),\n";
+    t += "        \"steering\": (default: \"straight.csv\", doc: \"File of the steering angles over time, positive clockwise seen from above; it has a column for each steering hinge.\"),\n";
+    t += "        \"differential\": (default: \"coupling\", doc: \"Connection of the rockers: coupling (exact) or spring (the makers' penalty).\"),\n";
+    t += "        \"friction\": (default: 0.6, range: (0, 10), doc: \"Coulomb coefficient of wheels and ground; the friction limit of the original model follows from a soil that the files do not contain.\"),\n";
+    t += "        \"encoder_ticks\": (default: 4096, range: (1, 1e9), doc: \"Ticks of an encoder per turn of its motor; the number is not in the files.\"),\n";
+    t += "        \"encoder_rate\": (default: \"100 Hz\", doc: \"Sample rate of the encoders; it is not in the files.\"),\n";
     t += "    },\n";
     t += "    parts: {\n        \"R8Mbody\": (\n            bodies: {\n";
     for body in bodies {

@@ -24,7 +24,7 @@ pub struct Out<'a> {
     pub parts: String,
     /// Export: path of a port.
     pub exports: BTreeMap<String, String>,
-    /// What is not used.
+    /// Unused entries.
     pub left: Vec<String>,
     /// Stiffness and damping of the differential.
     pub differential: Option<(f64, f64)>,

@@ -1,4 +1,4 @@
-//! The shared library inside exported units: FMI 3.0 co-simulation with every model of the component
+//! This crate is the shared library inside exported units. It supports FMI 3.0 co-simulation with every model of the component
 //! libraries. `linkwork export` copies it into the archive.
 //!
 //! A shared library for your own models needs a crate with `crate-type = ["cdylib"]`, a function like

@@ -18,8 +18,7 @@ pub fn page(entry: &Entry, header: Option<&Header>, behaviour: Option<&Behaviour
     let d = &entry.description;
     let mut out = format!("# {}\n\n{}\n\n", d.name, d.doc);
     if let Some(kind) = entry.service_kind() {
-        let _ =
-            writeln!(out, "A service: provides {} to the models that ask for it.\n", kind.text());
+        let _ = writeln!(out, "A service: provides {} to the models that use it.\n", kind.text());
     }
     if d.functions.update && d.continuous.is_empty() {
         out.push_str("Sampled: give the part a `rate`.\n\n");

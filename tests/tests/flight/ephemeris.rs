@@ -252,7 +252,7 @@ fn the_sun_stands_where_the_kernel_has_it_and_what_it_has_not_is_refused() {
         &late,
         &[
             "`Gravity.third_bodies`",
-            "`Sun`: the Moon may hide the Sun",
+            "`Sun`: the Moon may shadow the Sun",
             "shadows: []",
             "at the epoch 2012-09-06T00:00:00",
             "does not connect bodies 301 and 399",
@@ -266,7 +266,7 @@ fn the_sun_stands_where_the_kernel_has_it_and_what_it_has_not_is_refused() {
     refused(&text, &["`Gravity.third_bodies`", "no body 301; it has 0, 3, 10, 399"]);
     // A simulation without a Sun does not need the Sun in the kernel.
     let dark = text.replace("[\"sun\", \"moon\"]", "[\"sun\"]");
-    refused(&dark, &["`Sun`: the Moon may hide the Sun", "shadows: []"]);
+    refused(&dark, &["`Sun`: the Moon may shadow the Sun", "shadows: []"]);
     let (from, to) =
         (dark.find("\"Sun\":").unwrap(), dark.find("environment.ephemeris_sun").unwrap());
     let end = to + dark[to..].find("),").unwrap() + 2;

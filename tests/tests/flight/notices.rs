@@ -42,7 +42,7 @@ fn a_canopy_that_is_commanded_again_tells_so_once_and_stays_open() {
     let at = 10.0 + 10.0 / 12.0;
     let words = [
         "`Canopy`: it is commanded to open at 10.8333",
-        "is open since 0.8333",
+        "has been open since 0.8333",
         "| command it once",
     ];
     has(&told(&mut sim), at, &words);
@@ -105,7 +105,7 @@ fn air_beyond_its_data_is_told_once_or_stops_the_run() {
             29.0,
             &[
                 "`Air`: its data extend from -5 to 1000 km, not to 1000.",
-                "`Drag` asks",
+                "requested by `Drag`",
                 "`outside`",
             ],
         );
@@ -153,9 +153,9 @@ fn a_foot_beside_the_map_is_told() {
         &told(&mut sim),
         at,
         &[
-            "`Ground`: the map reaches from (-50.0, -50.0) to (50.0, 50.0) m",
+            "`Ground`: the map extends from (-50.0, -50.0) to (50.0, 50.0) m",
             "no ground at (51.0, ",
-            "`One` asks",
+            "requested by `One`",
             "make the map larger",
         ],
     );
@@ -194,8 +194,8 @@ fn a_separation_of_what_is_gone_is_told() {
     let all = run(0.5);
     assert_eq!(all.len(), 2, "{all:?}");
     for (name, words) in [
-        ("`Kick`: its ends are 1.000", "0.2 m long"),
-        ("`Spring`: the two are 1.000", "its stroke is 0.1 m"),
+        ("`Kick`: its ends start 1.000", "its free length is 0.2 m"),
+        ("`Spring`: its nodes start 1.000", "its stroke is 0.1 m"),
     ] {
         let one = all.iter().find(|(_, text)| text.contains(name)).unwrap();
         assert!(

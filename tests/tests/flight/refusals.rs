@@ -44,8 +44,8 @@ fn an_engine_without_a_tank_does_not_load() {
     );
     let told = scene(&one_way.replace("CONNECT", ""), &[]).err().unwrap();
     assert!(
-        told.contains("`Engine.propellant.flow` does not go there")
-            || told.contains("its `propellant.flow` does not go there"),
+        told.contains("`Engine.propellant.flow` is not connected back to it")
+            || told.contains("its `propellant.flow` is not connected back to it"),
         "{told}"
     );
     let mut sim = with(r#"connect: [("Engine.propellant", "Tank.outlet")],"#).unwrap();

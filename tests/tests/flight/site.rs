@@ -450,7 +450,8 @@ fn a_world_that_contradicts_itself_or_its_parts_is_refused() {
     let own = vec![Entry::model::<InertialOnly>()];
     let e = common::scene_with(own, &text.replacen("parts: {", part, 1)).err().unwrap();
     assert!(
-        e.contains("takes W for inertial axes, and `") && e.contains("leave the part out"),
+        e.contains("assumes that W is inertial, but according to `")
+            && e.contains("remove the part"),
         "{e}"
     );
 }

@@ -140,7 +140,10 @@ fn a_unit_that_cannot_save_stays_in_one_phase() {
     assert_eq!(sim.get("Unit.x").unwrap(), alone.get("Unit.x").unwrap(), "it went over whole");
     bench.unit("spring.fmu", 2, Model::Spring, without("canSerializeFMUstate"));
     let told = bench.sim(phases).err().unwrap();
-    assert!(told.contains("`Unit` cannot go from phase `one` to `two`"), "{told}");
+    assert!(
+        told.contains("the state of `Unit` cannot be transferred from phase `one` to `two`"),
+        "{told}"
+    );
     assert!(told.contains("help"), "{told}");
 }
 

@@ -112,7 +112,8 @@ fn a_mass_on_a_slider_that_falls_through_the_floor_is_a_warning() {
     };
     let (told, z) = scene("");
     assert!(
-        told.len() == 1 && told[0].starts_with("`mass`: its shapes do not meet `floor/top`"),
+        told.len() == 1
+            && told[0].starts_with("`mass`: its shapes do not collide with `floor/top`"),
         "{told:?}"
     );
     assert!(z < -4.0);

@@ -173,8 +173,8 @@ fn senseless_drives_of_balls_and_belts_are_refused() {
     let moving = r#"(shape: Box([1, 1, 1]), collide: (surface_velocity: [1, 0, 0]), name: "s")"#;
     for (hinge, shape, part, wire, wanted) in [
         ("Pin([0, 0, 1])", "", ball, "torque.x", "the hinge of `b` has 0 balls, not 1"),
-        ("Ball", "", servo, "angle", "its ball takes a model for balls"),
-        ("Locked", "", belt, "speed", "`b` has no surface that touches others"),
+        ("Ball", "", servo, "angle", "for its ball, use a model for balls"),
+        ("Locked", "", belt, "speed", "`b` has no collision shape"),
         ("Locked", moving, belt, "speed", "has a constant `surface_velocity`"),
         ("Locked", moving, nowhere.as_str(), "speed", "has no direction"),
         ("Ball", "", negative.as_str(), "torque.x", "damping"),

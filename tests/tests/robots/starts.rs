@@ -140,19 +140,16 @@ fn values_that_do_not_fit_together_are_refused_with_those_that_do() {
     let error = |a: &str, b: &str| gears(a, b, "Auto").err().unwrap();
     let e = error(r#"initial: (angle: "30 deg"),"#, r#"initial: (angle: "50 deg"),"#);
     for part in [
-        "coordinates that are written for the start do not fit coupling `g`",
+        "the initial coordinates are not compatible with coupling `g`",
         "`a` 0.523599, `b` 0.872665",
-        "the nearest that fit are `a` 0.453786, `b` 0.907571",
+        "the nearest compatible ones are `a` 0.453786, `b` 0.907571",
         "approximate: true",
         "sim.ron:3",
     ] {
         assert!(e.contains(part), "{part}: {e}");
     }
     let e = error("initial: (rate: 3),", "initial: (rate: 5),");
-    assert!(
-        e.contains("rates that are written") && e.contains("`a` 3.000000, `b` 5.000000"),
-        "{e}"
-    );
+    assert!(e.contains("the initial rates") && e.contains("`a` 3.000000, `b` 5.000000"), "{e}");
     // The value that is only approximate is adjusted.
     let near = r#"initial: (angle: "50 deg", approximate: true),"#;
     let sim = gears(r#"initial: (angle: "30 deg"),"#, near, "Auto").unwrap();
@@ -163,7 +160,10 @@ fn values_that_do_not_fit_together_are_refused_with_those_that_do() {
     assert!((b - 2.0 * a).abs() < 1e-12 && (a - 0.33333).abs() < 1e-5, "{a} {b}");
     // The position is infeasible: the piston is farther away than crank and rod are long.
     let e = slider_crank(["", "", r#"initial: (position: "60 cm"),"#], "Auto").err().unwrap();
-    assert!(e.contains("do not fit loop `wrist`") && e.contains("`piston` 0.600000"), "{e}");
+    assert!(
+        e.contains("are not compatible with loop `wrist`") && e.contains("`piston` 0.600000"),
+        "{e}"
+    );
 }
 
 /// A later phase starts where its bodies are, independent of their `initial`, and the impact that couples them distributes their momentum by their

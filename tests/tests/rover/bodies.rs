@@ -150,14 +150,18 @@ fn it_drives_over_planks_without_a_jolt_and_through_them_when_told() {
 fn a_wheel_that_its_model_and_its_shape_carry_is_told() {
     let told = |tyres: &str| {
         let sim = on_slab(0.0, 0.0, tyres, "");
-        let all = sim.plan().warnings.iter().filter(|w| w.message.contains("carries it twice"));
+        let all = sim
+            .plan()
+            .warnings
+            .iter()
+            .filter(|w| w.message.contains("would support the wheel twice"));
         all.map(|w| format!("{} / {}", w.message, w.help.clone().unwrap())).collect::<Vec<_>>()
     };
     assert!(told("").is_empty());
     let twice = told(r#""tyres": { "friction": 0.7 }"#);
     assert_eq!(twice.len(), 6, "{twice:?}");
     assert!(
-        twice[0].contains("the shape `Rover.Hardware.Wheels.Wheel1/wheel/tyre` of its wheel meets the terrain, too")
+        twice[0].contains("the shape `Rover.Hardware.Wheels.Wheel1/wheel/tyre` of its wheel also collides with the terrain")
             && twice[0].contains("`collide: (terrain: false)`"),
         "{twice:?}"
     );

@@ -302,8 +302,8 @@ fn a_ball_rolls_down_a_map_of_radii_as_down_a_plane() {
         .err()
         .unwrap();
         assert!(
-            told.contains("1737400 m, where 32 bits have steps of")
-                && told.contains("leave out `level: false`"),
+            told.contains("1737400 m, where the resolution of 32-bit numbers is only")
+                && told.contains("remove `level: false`"),
             "{told}"
         );
     }

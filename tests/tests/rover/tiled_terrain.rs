@@ -192,7 +192,7 @@ fn bodies_meet_a_region_and_are_refused_without_one() {
         text("environment.height_field", &format!("\"file\": \"{}\"", maps.path("map.tif")));
     let tiles = format!("\"file\": \"{}\"", maps.path("map.tiles"));
     let told = common::scene(&text("environment.tiled_terrain", &tiles), &[]).err().unwrap();
-    assert!(told.contains("the map of 121 by 81 nodes is not held as a whole"), "{told}");
+    assert!(told.contains("the map of 121 by 81 nodes is not loaded as a whole"), "{told}");
     assert!(told.contains("write `region: (x_min, y_min, x_max, y_max)`"), "{told}");
     let region = format!("{tiles}, \"region\": [-6, -8, 12, 6]");
     let rest = |text: &str| {

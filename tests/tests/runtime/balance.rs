@@ -147,9 +147,9 @@ fn a_driven_ball_and_a_belt_close() {
             wires: ["Speed.y -> Belt.speed"], step: "0.5 ms", integrator: "rk4", until: "1 s",
         )"#);
     let (energy, push) = (&all["energy"], 0.5 * 9.81);
-    near(term(energy, "Mechanism", "surfaces that move over bodies"), push * 4.0, 0.05);
+    near(term(energy, "Mechanism", "moving surfaces of bodies"), push * 4.0, 0.05);
     near(term(energy, "Mechanism", "kinetic energy"), -0.5 * push * push, 0.05);
-    let heat = term(energy, "Mechanism", "gravity by place and smooth contact");
+    let heat = term(energy, "Mechanism", "non-uniform gravity and compliant contact");
     near(heat, -push * (4.0 - 0.5 * push), 0.05);
     near(energy.parts["Mechanism"].residual.unwrap(), 0.0, 2e-3);
 }
@@ -262,7 +262,7 @@ fn a_craft_in_the_field_of_a_planet_gains_what_gravity_does() {
         step: "1 s", integrator: "rk4", until: "600 s",
     )"#);
     let energy = &all["energy"];
-    let gained = term(energy, "Mechanism", "gravity by place and smooth contact");
+    let gained = term(energy, "Mechanism", "non-uniform gravity and compliant contact");
     assert!(gained > 1e8, "{gained}");
     near(energy.residual, 0.0, 1e-5 * gained);
 }

@@ -314,7 +314,7 @@ fn metrics_allocate_nothing_while_stepping() {
 fn metrics_that_mean_nothing_are_rejected() {
     for (metric, wanted) in [
         ("of: \"S.y\", take: \"percentile\"", "`percent` is missing"),
-        ("of: \"S.y\", take: \"percentile\", percent: 101", "a percentile of 101 %"),
+        ("of: \"S.y\", take: \"percentile\", percent: 101", "`percent` is 101, above 100"),
         ("of: \"S.y\", take: \"mean\", percent: 50", "`percent` requires take"),
         ("of: \"S.y\", take: \"max\", at: \"time > 1 s\"", "`at` selects one value"),
         (

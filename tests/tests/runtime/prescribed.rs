@@ -210,7 +210,7 @@ fn a_file_gives_the_same_bits_as_rows_and_its_mistakes_are_told() {
     let told = refused(r#""profile": (file: "motion.csv", column: "lft")"#);
     assert!(told.contains("no column `lft`") && told.contains("did you mean `left`"), "{told}");
     let told = refused(r#""profile": (file: "motion.csv", column: "right")"#);
-    assert!(told.contains("the values are in m, but rad is wanted"), "{told}");
+    assert!(told.contains("the values are in m, which is not compatible with rad"), "{told}");
     let told = refused(r#""profile": (file: "nothing.csv")"#);
     assert!(told.contains("there is no file `nothing.csv`"), "{told}");
     let told = refused(r#""profile": (file: "motion.csv", colum: "left")"#);
@@ -219,7 +219,7 @@ fn a_file_gives_the_same_bits_as_rows_and_its_mistakes_are_told() {
         ("t [s], q [deg]\n0, 1\n1, x\n", "motion.csv:3: `Motion.profile`: `x` is not a quantity"),
         ("t [s], q [deg]\n0, 1\n1, NaN\n", "motion.csv:3: `Motion.profile`: `NaN` is not"),
         ("t [s], q [deg]\n0, 1\n1\n", "motion.csv"),
-        ("t [m], q [deg]\n0, 1\n1, 2\n", "is in m, but s is wanted"),
+        ("t [m], q [deg]\n0, 1\n1, 2\n", "is in m, but s is expected"),
         ("t [s], q [furlong]\n0, 1\n1, 2\n", "furlong"),
         ("t [s], q [deg]\n0, 1\n0, 2\n", "row 2 at 0 s does not come after row 1 at 0 s"),
         ("t [s], q [deg]\n0, 1\n", "1 row(s)"),
@@ -233,8 +233,8 @@ fn a_file_gives_the_same_bits_as_rows_and_its_mistakes_are_told() {
 #[test]
 fn profiles_that_make_no_sense_are_refused_with_the_remedy() {
     for (profile, what, remedy) in [
-        (r#""profile": [[0, 0]]"#, "1 row(s)", "two rows or more"),
-        (r#""profile": []"#, "0 row(s)", "two rows or more"),
+        (r#""profile": [[0, 0]]"#, "1 row(s)", "at least two rows"),
+        (r#""profile": []"#, "0 row(s)", "at least two rows"),
         (
             r#""profile": [[1, 0], [0.5, 1]]"#,
             "row 2 at 0.5 s does not come after row 1 at 1 s",
@@ -243,9 +243,17 @@ fn profiles_that_make_no_sense_are_refused_with_the_remedy() {
         (r#""profile": [[0, 0], [0, 1]]"#, "does not come after", "sort"),
         (r#""profile": [[0, 0], [inf, 1]]"#, "row 2 is (inf, 1)", "finite"),
         (r#""profile": [[0, 0], [1, NaN]]"#, "NaN", "write a number"),
-        (r#""profile": [[0, 0, 0], [1, 1, 1]]"#, "a row is (time, value), this has 3 numbers", ""),
-        (r#""profile": [["0 m", 0], [1, 1]]"#, "but s is wanted", ""),
-        (r#""profile": [[0, "0 m"], [1, 1]]"#, "in m, but rad is wanted", "numbers in rad"),
+        (
+            r#""profile": [[0, 0, 0], [1, 1, 1]]"#,
+            "a row must be (time, value), but this has 3 numbers",
+            "",
+        ),
+        (r#""profile": [["0 m", 0], [1, 1]]"#, "but s is expected", ""),
+        (
+            r#""profile": [[0, "0 m"], [1, 1]]"#,
+            "in m, which is not compatible with rad",
+            "numbers in rad",
+        ),
         (
             r#""profile": [[0, "0 deg"], [1, "1 m"]]"#,
             "one value is in deg, another in m",
@@ -253,30 +261,30 @@ fn profiles_that_make_no_sense_are_refused_with_the_remedy() {
         ),
         (
             r#""profile": [[0, "0 deg"], [1, 1]], "gives": "rate""#,
-            "in deg, but rad/s is wanted",
+            "in deg, which is not compatible with rad/s",
             "",
         ),
         (
             r#""profile": [[0, 0], [1, 1]], "start": 1"#,
-            "positions leave no choice of it",
+            "positions already determine `start`",
             "remove `start`",
         ),
         (
             r#""profile": [[0, 0], [1, 1]], "gives": "rate", "start_rate": 1"#,
-            "leave no choice",
+            "already determine",
             "remove `start_rate`",
         ),
         (
             r#""profile": [[0, 0], [1, 1]], "between": "hold""#,
-            "a profile of positions cannot go so",
+            "a profile of positions does not support this",
             "smooth, stops",
         ),
         (
             r#""profile": [[0, 0], [1, 1]], "gives": "rate", "between": "hold""#,
-            "a profile of rates cannot go so",
+            "a profile of rates does not support this",
             "straight, smooth",
         ),
-        (r#""profile": 3"#, "rows (time, value) or a file, this is a number", "motion.csv"),
+        (r#""profile": 3"#, "rows (time, value) or a file, but it is a number", "motion.csv"),
     ] {
         let told = faults(&table(profile, START, ""));
         assert!(told.contains(what) && told.contains(remedy), "{profile}: {told}");
@@ -285,9 +293,9 @@ fn profiles_that_make_no_sense_are_refused_with_the_remedy() {
     let slider =
         table(WAVE, "position: 0", "").replace("Pin(axis: [0, 0, 1]", "Slider(axis: [0, 0, 1]");
     let told = faults(&slider);
-    assert!(told.contains("for coordinates in rad, and this is a slider"), "{told}");
+    assert!(told.contains("for coordinates in rad, but this is a slider"), "{told}");
     let metres = slider.replace("hinge_trajectory", "slider_trajectory");
-    assert!(faults(&metres).contains("the values are in deg, but m is wanted"));
+    assert!(faults(&metres).contains("the values are in deg, which is not compatible with m"));
     let right = metres.replace(" deg", " cm").replace("position: 0", r#"position: "10 cm""#);
     let mut slides = sim(&right);
     assert!(slides.startup_warnings().is_empty());
@@ -303,7 +311,7 @@ fn profiles_that_make_no_sense_are_refused_with_the_remedy() {
     let twice = table(WAVE, START, "").replace(r#""Motion": (model"#, &other);
     let told = faults(&twice);
     assert!(
-        told.contains("drives the same already") && told.contains("take one of the two out"),
+        told.contains("already drives the same input") && told.contains("remove one of the two"),
         "{told}"
     );
     assert!(told.contains("Motion") && told.contains("Other"), "{told}");

@@ -95,7 +95,7 @@ fn constraints_that_contradict_each_other_are_errors_by_name() {
     );
     let (told, line) = fault(&spin);
     assert!(told.message.contains("loop `wrist`: contradicts"), "{told:?}");
-    assert!(told.help.unwrap().contains("rates that agree") && line == 8);
+    assert!(told.help.unwrap().contains("compatible rates") && line == 8);
 }
 
 #[test]
@@ -113,7 +113,7 @@ fn prescribed_motions_against_a_loop_are_a_warning_and_end_a_run_by_name() {
         let mut sim = common::scene(&parts(end), &[]).unwrap();
         let told = sim.startup_warnings();
         assert_eq!(told.len(), 1, "{told:?}");
-        assert!(told[0].message.contains("loop `wrist`: held only while prescribed motions agree"));
+        assert!(told[0].message.contains("loop `wrist`: these constraints hold only as long as the prescribed motions are compatible"));
         sim.run_until(Seconds::from_decimal(2.0).unwrap())
     };
     // In a parallelogram equal motions of both cranks are consistent.

@@ -80,10 +80,11 @@ fn wheel(axis: &str, height: f64, node: &str) -> String {
 #[test]
 fn an_axle_across_its_wheel_is_told() {
     let across = only(&wheel("[0, 0, 1]", 0.2, "wheel"));
-    assert!(across.starts_with("9: `Contact`: binding `hub`: the axle of `node wheel` lies 90° across the hinge of `wheel`"), "{across}");
+    assert!(across.starts_with("9: `Contact`: binding `hub`: the axle of `node wheel` is at 90° to the hinge axis of `wheel`"), "{across}");
     let node = only(&wheel("[0, 1, 0]", 0.2, "wheel/across"));
     assert!(
-        node.contains("lies 90° across") && node.contains("whose axis lies along its hinge"),
+        node.contains("lies 90° across")
+            && node.contains("whose axis is parallel to its hinge axis"),
         "{node}"
     );
     assert!(warnings(&wheel("[0, 1, 0]", 0.2, "wheel")).is_empty());
@@ -279,9 +280,12 @@ fn a_contact_step_that_was_not_solved_is_told() {
     let all = told("method: GaussSeidel, sweeps: 1, tolerance: 1e-12");
     assert_eq!(all.len(), 1, "{all:?}");
     let (fact, help) = (&all[0].1.message, all[0].1.help.as_ref().unwrap());
-    assert!(fact.starts_with("`Mechanism`: a contact step was not solved: residual"), "{fact}");
+    assert!(
+        fact.starts_with("`Mechanism`: a contact step did not converge: its residual"),
+        "{fact}"
+    );
     assert!(fact.contains("contact points in 1 islands"), "{fact}");
-    assert!(help.starts_with("raise `sweeps`"), "{help}");
+    assert!(help.starts_with("increase `sweeps`"), "{help}");
 }
 
 /// One report for everything: a unit, a parameter, a body, a connection, and a plot of a variable that does not exist.

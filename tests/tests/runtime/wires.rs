@@ -52,7 +52,7 @@ fn a_file_delays_and_solves_wires_and_its_resolved_text_too() {
 #[test]
 fn mistakes_in_such_wires_are_told() {
     for (wire, parts) in [
-        (r#""Half.y -> Sum.u""#, &["loop of direct outputs", "`delay: 1`", "`solve: 1e-10`"][..]),
+        (r#""Half.y -> Sum.u""#, &["algebraic loop", "`delay: 1`", "`solve: 1e-10`"][..]),
         (r#"(wire: "Half.y -> Sum.u", delay: 0)"#, &["`delay`", "from 1 to 100000"]),
         (r#"(wire: "Half.y -> Sum.u", delay: 1.5)"#, &["`delay`", "integer"]),
         (r#"(wire: "Half.y -> Sum.u", delay: "1 s")"#, &["`delay`"]),

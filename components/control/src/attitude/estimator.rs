@@ -5,8 +5,8 @@
 //! at a star fix   δ = 2 vec(q⁻¹ q_s)    S = P_θθ + R    K = P [1 0]ᵀ S⁻¹    P ← (1 − K H) P (1 − K H)ᵀ + K R Kᵀ
 //!                 q ← q exp(K_θ δ)      b ← b + K_b δ
 //! ```
-//! q turns body to inertial axes: W, or those of the stars where W is a site; errors are small rotations in body axes. A fix that deviates by more
-//! than `gate` standard deviations is rejected and counted. N: angular random walk (rad/√s), K: rate random walk (rad/s/√s).
+//! q turns body to inertial axes: the axes of W, or those of the stars if W is a site; errors are small rotations in body axes. A fix that deviates
+//! by more than `gate` standard deviations is rejected and counted. N: angular random walk (rad/√s), K: rate random walk (rad/s/√s).
 
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::nalgebra::{SMatrix, SVector};
@@ -54,10 +54,10 @@ pub struct FilterIn {
 /// Estimate.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct FilterOut {
-    /// Attitude, body to inertial axes.
+    /// Estimated attitude, body to inertial axes.
     #[port]
     pub attitude: Quat,
-    /// Rate without the bias, body axes.
+    /// Estimated rate without the bias, body axes.
     #[port("rad/s")]
     pub rate: Vec3,
     /// Bias of the gyro.
@@ -80,7 +80,7 @@ pub struct Estimate {
     /// Bias of the gyro.
     #[port("rad/s")]
     pub bias: Vec3,
-    /// Covariance of turn and bias, by columns.
+    /// Covariance of attitude error and bias, by columns.
     #[port("1")]
     pub covariance: [f64; 36],
     /// Number of rejected fixes.
@@ -238,8 +238,8 @@ mod tests {
         })
     }
 
-    /// About one axis with the acceleration 0.02 rad/s² from rest, seen at 2 Hz by a gyro that shows the rate of the instant: after 10 s the angle is 1 rad. The
-    /// rate at the ends of the intervals alone would make 1.05 rad of it.
+    /// Rotation about one axis with 0.02 rad/s² from rest, sampled at 2 Hz by a gyro that measures the instantaneous rate: after 10 s the angle is 1
+    /// rad. With the rate at the ends of the intervals alone it would be 1.05 rad.
     #[test]
     fn a_body_that_turns_up_has_turned_by_the_mean_rate() {
         let (m, dt) = (filter(0.0), 0.5);
@@ -253,7 +253,7 @@ mod tests {
         assert!((angle - Vec3::z()).norm() < 1e-12, "{angle}");
     }
 
-    /// A turning body, seen by a noisy gyro with a bias and a noisy star tracker at 2 Hz.
+    /// A rotating body that is measured by a noisy gyro with a bias and a noisy star tracker at 2 Hz.
     fn run(gate: f64, wild: bool) -> (Vec<f64>, Vec<f64>, f64, f64) {
         let (m, dt) = (filter(gate), 0.1);
         let bias = Vec3::new(3e-4, -5e-4, 2e-4);

@@ -1,4 +1,4 @@
-//! Attitude of a spacecraft: pointing and slews, jets by pulses, engines by throttles, wheels that are full, estimation.
+//! Attitude of a spacecraft: pointing and slews, jets with pulses, throttled engines, desaturation of wheels, estimation.
 
 pub mod estimator;
 pub mod jets;

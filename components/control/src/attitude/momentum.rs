@@ -65,7 +65,7 @@ impl Model for WheelDistribution {
         let sum: Mat3 = axes.iter().map(|a| a * a.transpose()).sum();
         let inverse = sum.try_inverse().filter(|_| sum.determinant() > 1e-9);
         let Some(inverse) = inverse else {
-            let fact = "the axes lie in a plane: they give no torque about its normal".to_string();
+            let fact = "the axes are coplanar, so the wheels cannot exert a torque about the normal of their plane".to_string();
             return wrong(fact, "write three axes that are not coplanar");
         };
         let shares = axes.iter().map(|a| -(inverse * a)).collect();

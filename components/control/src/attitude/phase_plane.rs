@@ -189,7 +189,7 @@ impl Model for PulseWidth {
 mod tests {
     use super::*;
 
-    /// One axis, double integrator: the limit cycle has the rate of half a shortest pulse.
+    /// One axis, double integrator: the limit cycle has the rate that half a minimum pulse gives.
     #[test]
     fn the_limit_cycle_has_half_the_rate_of_a_pulse() {
         let (inertia, torque, minimum) = (200.0, 4.0, 0.02);

@@ -3,7 +3,7 @@
 //! e = 2 vec(q_T⁻¹ q), shorter way         e is cut off where ω² |e| = 2 ζ ω_n · rate_max: then it coasts at rate_max
 //! M = J (−ω_n² e − 2 ζ ω_n (ω − ω_T)) + ω × J ω          body axes, cut off at torque_max by axis
 //! ```
-//! Small errors decay as e^(−ζ ω_n t); large ones are turned about the axis of e at `rate_max`.
+//! Small errors decay as e^(−ζ ω_n t); large ones are reduced by a rotation about the axis of e at `rate_max`.
 
 use linkwork_runtime::prelude::*;
 
@@ -16,7 +16,7 @@ pub struct PointingParams {
     /// Frequency ω_n.
     #[param(unit = "rad/s", default = 0.1, range = 1e-9..)]
     pub frequency: f64,
-    /// Share of the critical damping ζ.
+    /// Damping ratio ζ.
     #[param(default = 1.0, range = 1e-3..)]
     pub damping: f64,
     /// Rate of a slew.
@@ -27,30 +27,30 @@ pub struct PointingParams {
     pub torque_max: f64,
 }
 
-/// Where it points and should.
+/// Present and commanded attitude.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct PointingIn {
-    /// Attitude, body to the axes in which `rate` is counted: inertial ones, if it is of a gyro.
+    /// Attitude, body to the axes relative to which `rate` is measured; these are inertial axes for a gyro.
     #[port]
     pub attitude: Quat,
     /// Rate, body axes.
     #[port("rad/s")]
     pub rate: Vec3,
-    /// Attitude that is wanted, body to the same axes.
+    /// Commanded attitude, body to the same axes.
     #[port]
     pub target: Quat,
-    /// Rate that is wanted, body axes.
+    /// Commanded rate, body axes.
     #[port("rad/s", default = Vec3::zeros())]
     pub target_rate: Vec3,
 }
 
-/// What to do.
+/// Commanded torque and error.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct PointingOut {
-    /// Torque that is wanted, body axes.
+    /// Commanded torque, body axes.
     #[port("N m")]
     pub torque: Vec3,
-    /// Angle to the attitude that is wanted.
+    /// Angle between the present and the commanded attitude.
     #[port("rad")]
     pub error: f64,
 }
@@ -60,7 +60,7 @@ pub struct Pointing {
     p: PointingParams,
 }
 
-/// Turns a body to an attitude about one axis, with limits of rate and torque.
+/// Rotates a body to an attitude about one axis, with limits of rate and torque.
 #[model("control.pointing")]
 impl Model for Pointing {
     type Params = PointingParams;
@@ -69,7 +69,7 @@ impl Model for Pointing {
     fn build(p: PointingParams) -> Result<Self, BuildError> {
         if p.inertia.iter().any(|j| !(*j > 0.0)) {
             return Err(BuildError::new("an inertia is not above 0")
-                .help("write the three principal ones, e.g. inertia: [60, 50, 40]")
+                .help("write the three principal moments of inertia, e.g. inertia: [60, 50, 40]")
                 .at("inertia"));
         }
         Ok(Pointing { p })
@@ -98,7 +98,7 @@ pub(super) mod tests {
     use super::*;
     use linkwork_spatial::nalgebra::Quaternion;
 
-    /// A rigid body turned by `torque(q, ω, t)`, RK4; its attitude and rate after `until` s.
+    /// Integrates a rigid body under `torque(q, ω, t)` by RK4; returns attitude and rate after `until` s.
     pub fn turn(
         j: Vec3,
         (q, w): (Quat, Vec3),

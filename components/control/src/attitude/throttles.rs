@@ -231,7 +231,8 @@ mod tests {
         }
     }
 
-    /// Slope 0 inside, not below 0 at the lower end, not above 0 at 1; ends hold, and what is off stays off.
+    /// The slope of the cost is 0 for throttles inside the range, not below 0 at the lower end and not above 0 at 1; throttles are within the limits,
+    /// and engines that are off stay off.
     #[test]
     fn the_throttles_satisfy_the_conditions_of_the_minimum() {
         for (off, w) in [

@@ -42,14 +42,14 @@ const SIMPLE_RANGE: [f64; 2] = [-8.5e3, 3e4];
 /// Parameters of the US Standard Atmosphere 1976.
 #[derive(Params, Clone, Debug)]
 pub struct Us76Params {
-    /// The world, whose body this air surrounds.
+    /// The world, whose body has this atmosphere.
     #[param(service)]
     pub world: Handle<dyn World>,
     /// Wind relative to the ground by height, in ascending order; default: still air that rotates with the planet.
     #[param(default = Vec::new())]
     pub winds: Vec<WindLayer>,
     /// Wind relative to the ground from a file instead of `winds`: output of Mars-GRAM (columns HgtMOLA, EWind, NWind) or Earth-GRAM (Hgtkm, EWmean,
-    /// NSmean), or columns altitude, east, north (m, m/s) and optionally up. Interpolated linearly, constant beyond the ends.
+    /// NSmean), or columns altitude, east, north (m, m/s) and optionally up. The wind is interpolated linearly and constant beyond the ends.
     #[param(default = None)]
     pub wind_table: Option<String>,
     /// Factors on density and pressure of the model by height, in ascending order; default: none.

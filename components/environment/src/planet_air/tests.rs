@@ -363,9 +363,9 @@ fn winds_come_from_a_file() {
         assert!(e.message.contains("none.csv") && e.param.as_deref() == Some("wind_table"));
     }
     for (text, fact) in [
-        ("altitude, east\n0, 1\n", "no columns of winds; there are altitude, east"),
+        ("altitude, east\n0, 1\n", "no columns of winds; the columns are altitude, east"),
         ("altitude, east, north\n0, 1, x\n", "wind.csv:2: `x` in column `north`"),
-        ("altitude, east, north\n0, 1, 1\n0, 2, 2\n", "wind.csv:3: altitude 0 beside 0"),
+        ("altitude, east, north\n0, 1, 1\n0, 2, 2\n", "wind.csv:3: altitude 0 is next to 0"),
         ("altitude, east, north\n", "has no entry"),
     ] {
         write(text);

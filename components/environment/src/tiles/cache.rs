@@ -8,12 +8,12 @@ struct Slot {
     heights: Vec<f32>,
 }
 
-/// A number of tiles, of which the one that was not asked for the longest gives way to a new one. Its content affects how long a query takes, but not
+/// A limited number of tiles; a new tile replaces the least recently used one. Its content affects how long a query takes, but not
 /// the result.
 pub(super) struct Cache {
     slots: Vec<Slot>,
     most: usize,
-    /// Slot of each tile, by number; the largest number: it is not there.
+    /// Slot of each tile, by number; the largest number: the tile is not in memory.
     places: Vec<u32>,
     now: u64,
     last: usize,
@@ -28,7 +28,7 @@ impl Cache {
         Cache { slots: Vec::new(), most, places: vec![NOWHERE; tiles], now: 0, last: 0 }
     }
 
-    /// The heights of a tile, which `fill` reads when they are not there.
+    /// Returns the heights of a tile; `fill` reads them if they are not in memory.
     pub fn tile<E>(
         &mut self,
         tile: usize,
@@ -86,7 +86,7 @@ impl Cache {
         Ok(at)
     }
 
-    /// How many tiles are in memory.
+    /// Returns the number of tiles in memory.
     pub fn len(&self) -> usize {
         self.slots.iter().filter(|s| s.tile != usize::MAX).count()
     }

@@ -12,12 +12,12 @@ pub(super) const HEAD: u64 = 112;
 /// Bytes of an entry of the index.
 pub(super) const ENTRY: u64 = 16;
 
-/// Where something packed stands.
+/// Position of a compressed block in the file.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Piece {
     /// Its first byte.
     pub start: u64,
-    /// Its length; 0: there is none.
+    /// Length of the tile; 0: the tile is empty.
     pub length: u32,
     /// CRC-32 of its bytes.
     pub crc: u32,
@@ -29,7 +29,7 @@ pub(super) struct Head {
     pub grid: Lattice,
     /// Cells of a tile's edge.
     pub tile: usize,
-    /// Nodes from one of the overview to the next.
+    /// Number of nodes from one node of the overview to the next.
     pub step: usize,
     pub overview: Piece,
     /// Height above which heights are given (m).
@@ -41,7 +41,7 @@ pub(super) struct Head {
     pub index: Vec<Piece>,
 }
 
-/// Nodes of a block: from the first column and row, so many.
+/// Nodes of a block: first column and row, and number of columns and rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Nodes {
     pub i: usize,
@@ -51,18 +51,18 @@ pub(super) struct Nodes {
 }
 
 impl Head {
-    /// A file of a grid that has no tile yet.
+    /// Creates the head of a grid without tiles.
     pub fn new(grid: Lattice, tile: usize) -> Result<Head, TileError> {
         let size = |fact: String, help: &str| TileError::Size { fact, help: help.into() };
         if !(16..=1024).contains(&tile) {
-            let fact = format!("tiles of {tile} cells are not made");
-            return Err(size(fact, "their edges have 16 to 1024 cells"));
+            let fact = format!("tiles of {tile} cells are not supported");
+            return Err(size(fact, "the edge of a tile must have 16 to 1024 cells"));
         }
         let [nx, ny] = grid.size();
         if nx.max(ny) > 1 << 31 {
             return Err(size(
                 format!("{nx} by {ny} nodes are too many"),
-                "2^31 along an edge at most",
+                "an edge can have at most 2^31 nodes",
             ));
         }
         let tiles = tiles_of(nx, tile) as u64 * tiles_of(ny, tile) as u64;
@@ -87,12 +87,12 @@ impl Head {
         self.grid.size().map(|n| tiles_of(n, self.tile))
     }
 
-    /// Nodes of the overview along x and y.
+    /// Returns the numbers of nodes of the overview along x and y.
     pub fn overview_size(&self) -> [usize; 2] {
         self.grid.size().map(|n| (n - 1) / self.step + 1)
     }
 
-    /// The nodes that tile `k` has.
+    /// Returns the nodes of tile `k`.
     pub fn nodes(&self, k: usize) -> Nodes {
         let across = self.tiles()[0];
         let [nx, ny] = self.grid.size();
@@ -147,11 +147,11 @@ impl Head {
         file.read_exact(&mut head).map_err(short)?;
         if &head[..8] == b"LWTILES1" {
             return Err(TileError::damaged(
-                "an earlier version of the program made it: make it anew (`linkwork terrain convert`)",
+                "it was written by an earlier version of Linkwork; write it again with `linkwork terrain convert`",
             ));
         }
         if &head[..8] != MAGIC {
-            return Err(TileError::damaged("it does not begin as a file of tiles does"));
+            return Err(TileError::damaged("it does not begin with the signature of a tiles file"));
         }
         let last = HEAD as usize - 4;
         if crc32fast::hash(&head[..last]) != u32_at(&head, last) {
@@ -179,9 +179,7 @@ impl Head {
         read.missing = u64_at(&head, 88);
         read.datum = number(96);
         if !read.datum.is_finite() {
-            return Err(TileError::damaged(
-                "the height above which it gives its heights is not finite",
-            ));
+            return Err(TileError::damaged("its reference height is not finite"));
         }
         let bytes = ENTRY * read.index.len() as u64;
         if length < HEAD + bytes {
@@ -224,7 +222,7 @@ pub(super) fn pack(heights: &[f32]) -> std::io::Result<Vec<u8>> {
     out.finish()
 }
 
-/// The other way: exactly as many heights as there is room for; `planes` is room for their bytes.
+/// Decompresses a block into exactly as many heights as `heights` has; `planes` is a buffer for their bytes.
 pub(super) fn unpack(
     packed: &[u8],
     planes: &mut Vec<u8>,
@@ -234,10 +232,10 @@ pub(super) fn unpack(
     planes.clear();
     planes.resize(4 * n, 0);
     let mut from = flate2::read::ZlibDecoder::new(packed);
-    let wrong = |_| TileError::damaged("its compressed data is invalid");
+    let wrong = |_| TileError::damaged("its compressed data are invalid");
     from.read_exact(planes).map_err(wrong)?;
     if from.read(&mut [0]).map_err(wrong)? != 0 {
-        return Err(TileError::damaged("its compressed data contains more than its nodes"));
+        return Err(TileError::damaged("its compressed data are longer than its nodes require"));
     }
     for (k, h) in heights.iter_mut().enumerate() {
         *h = f32::from_le_bytes([planes[k], planes[n + k], planes[2 * n + k], planes[3 * n + k]]);

@@ -5,10 +5,10 @@
 //! overview  every n-th node, for display
 //! tiles     heights as f32, deflated
 //! ```
-//! A tile has the nodes of its cells and one row more around them, two in the north and east, so that the cubic
-//! surface over each of its cells needs no other tile. All numbers are little-endian; of the heights of a block the
-//! first bytes come first, then the second ones and so on, which packs better. Head and index end within the first
-//! [`INDEX_END`] bytes, which are part of the plan's hash as a whole: through their checksums it knows every tile.
+//! A tile has the nodes of its cells and one more row of nodes around them, two in the north and east, so that the cubic
+//! surface over each of its cells needs no other tile. All numbers are little-endian; in a block the first bytes of all heights come first, then the
+//! second bytes and so on, which improves the compression. Head and index end within the first [`INDEX_END`] bytes, which the hash of the plan covers
+//! completely; through their checksums it depends on every tile.
 //!
 //! ```
 //! use linkwork_environment::height_field::HeightField;
@@ -38,38 +38,38 @@ pub use write::{HeightRows, write_tiles};
 /// Bytes within which head and index of a file end.
 pub const INDEX_END: u64 = 4 << 20;
 
-/// Cells of a tile's edge, unless another number is wanted: a tile is then 268 kB in memory.
+/// Default number of cells along the edge of a tile; such a tile takes 268 kB of memory.
 pub const TILE: usize = 256;
 
-/// Most nodes along an edge of the overview.
+/// Maximum number of nodes along an edge of the overview.
 const OVERVIEW: usize = 1024;
 
-/// Why a file of tiles cannot be read or written.
+/// Reason for which a file of tiles cannot be read or written.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TileError {
     /// The system says so.
     #[error("{what}: {why}")]
     System {
-        /// What was tried.
+        /// The failed action.
         what: &'static str,
         /// The system's words.
         why: String,
     },
-    /// The file is none of tiles, or damaged.
-    #[error("{fact}\n  help: make the file anew: `linkwork terrain convert`")]
+    /// The file is not a file of tiles, or is damaged.
+    #[error("{fact}\n  help: write the file again with `linkwork terrain convert`")]
     Damaged {
-        /// What is wrong.
+        /// The fact.
         fact: String,
     },
-    /// A map that cannot be cut so.
+    /// The map cannot be divided into tiles in this way.
     #[error("{fact}\n  help: {help}")]
     Size {
-        /// What is wrong.
+        /// The fact.
         fact: String,
-        /// What to do about it.
+        /// Remedy.
         help: String,
     },
-    /// The heights that were to be written cannot be read.
+    /// The heights to be written cannot be read.
     #[error("{0}")]
     Source(String),
 }

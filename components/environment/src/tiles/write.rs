@@ -8,18 +8,18 @@ use std::fs::File;
 use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
 
-/// A map whose rows are read one by one, the southern one first.
+/// A map whose rows are read one by one, the southern row first.
 pub trait HeightRows {
-    /// Where its nodes are.
+    /// Returns the grid of its nodes.
     fn grid(&self) -> Lattice;
     /// Height above which heights are given (m).
     fn datum(&self) -> f64 {
         0.0
     }
-    /// Heights above the datum (m) of row `j` into `row`, which has room for one row; NaN where there is no data.
+    /// Writes the heights above the datum (m) of row `j` to `row`, which has the length of one row; NaN: no data.
     ///
     /// # Errors
-    /// What keeps it from being read.
+    /// The reason for which the row cannot be read.
     fn row(&mut self, j: usize, row: &mut [f32]) -> Result<(), TileError>;
 }
 
@@ -42,7 +42,7 @@ impl HeightRows for &HeightField {
 /// Writes a map as tiles with edges of `tile` cells; the file appears when it is whole.
 ///
 /// # Errors
-/// Rows that cannot be read, infinite heights, a file that cannot be written, more tiles than an index has.
+/// A row cannot be read, a height is infinite, the file cannot be written, or there are more tiles than an index can hold.
 pub fn write_tiles(path: &Path, rows: &mut dyn HeightRows, tile: usize) -> Result<(), TileError> {
     let mut name = path.as_os_str().to_owned();
     name.push(format!(".{}.part", std::process::id()));
@@ -119,7 +119,7 @@ fn write_to(path: &Path, rows: &mut dyn HeightRows, tile: usize) -> Result<(), T
     file.sync_all().map_err(TileError::system("writing"))
 }
 
-/// Counts a row's heights, and takes its nodes of the overview.
+/// Counts the heights of a row, and copies its nodes of the overview.
 fn look(head: &mut Head, j: usize, row: &[f32], overview: &mut Vec<f32>) -> Result<(), TileError> {
     for (i, h) in row.iter().enumerate() {
         if h.is_infinite() {

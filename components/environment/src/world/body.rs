@@ -1,11 +1,11 @@
-//! Bodies that a world can be of, with their constants.
+//! Central bodies of a world, with their constants.
 
 use crate::third::Third;
 use linkwork_runtime::prelude::*;
 use linkwork_world::ephemeris::Body;
 use linkwork_world::planet::{Ellipsoid, MU_MOON};
 
-/// Bodies around which a simulation may be.
+/// Central bodies of a simulation.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Centre {
     /// The Earth.
@@ -14,12 +14,12 @@ pub enum Centre {
     Mars,
     /// The Moon.
     Moon,
-    /// Another body, all of whose numbers are written.
+    /// Another body, whose constants are all written in the file.
     Other,
 }
 
 impl Centre {
-    /// As files name it.
+    /// Returns the name in files.
     pub fn word(self) -> &'static str {
         match self {
             Centre::Earth => "earth",
@@ -29,7 +29,7 @@ impl Centre {
         }
     }
 
-    /// As the ephemerides name it; none of another body.
+    /// Returns the body of the ephemerides; `None` for another body.
     pub fn body(self) -> Option<Body> {
         match self {
             Centre::Earth => Some(Body::Earth),
@@ -69,7 +69,7 @@ impl Centre {
         }
     }
 
-    /// Semi-major axis of its way about the Sun, AU (Standish's elements at J2000).
+    /// Returns the semi-major axis of its orbit about the Sun, AU (Standish's elements at J2000).
     pub fn sun_distance(self) -> Option<f64> {
         match self {
             Centre::Earth | Centre::Moon => Some(1.000_002_61),
@@ -78,7 +78,7 @@ impl Centre {
         }
     }
 
-    /// Who casts shadows on what is near it, when nothing is written.
+    /// Returns the bodies that cast shadows near this body by default.
     pub(super) fn neighbours(self) -> &'static [Third] {
         match self {
             Centre::Earth => &[Third::Moon],

@@ -7,15 +7,14 @@ use linkwork_world::orbit::{Segment, TwoLine, read_oem};
 use linkwork_world::planet::PointMotion;
 
 impl Inner {
-    /// Position and velocity (TEME) of an Earth satellite at t = 0.
+    /// Returns position and velocity (TEME) of an Earth satellite at t = 0.
     pub(super) fn by_two_lines(
         &self,
         from: &TwoLineSource,
         satellite: Option<&str>,
     ) -> Result<PointMotion, BuildError> {
         if self.params.body != Centre::Earth {
-            let fact =
-                "two-line elements are of satellites of the Earth, and the world has another body";
+            let fact = "two-line elements describe satellites of the Earth, but the `body` of `world` is another one";
             return Err(BuildError::new(fact).help("write `elements` or `state`"));
         }
         let epoch = self.params.epoch("a start by two-line elements")?;
@@ -39,7 +38,7 @@ impl Inner {
         all[0].state(&epoch).map_err(|e| BuildError::of(&e))
     }
 
-    /// Axes, position and velocity of a spacecraft at t = 0.
+    /// Returns axes, position and velocity of a spacecraft at t = 0.
     pub(super) fn by_message(
         &self,
         file: &str,
@@ -65,10 +64,10 @@ impl Inner {
         let own = self.params.body.word();
         if !segment.centre.eq_ignore_ascii_case(own) {
             let fact = format!(
-                "`{file}` is about `{}`, and the body of the world is `{own}`",
+                "`{file}` is about `{}`, but the body of the world is `{own}`",
                 segment.centre
             );
-            return Err(BuildError::new(fact).help("take a message with the same `CENTER_NAME`"));
+            return Err(BuildError::new(fact).help("use a message with the same `CENTER_NAME`"));
         }
         Ok((axes(file, segment)?, state))
     }
@@ -91,7 +90,7 @@ fn axes(file: &str, segment: &Segment) -> Result<StartFrame, BuildError> {
         "TEME" => StartFrame::Teme,
         frame if frame.starts_with("ITRF") => StartFrame::Itrf,
         frame => {
-            let fact = format!("`{file}`: `REF_FRAME = {frame}` is not read");
+            let fact = format!("`{file}`: `REF_FRAME = {frame}` is not supported");
             return Err(
                 BuildError::new(fact).help("convert it to ICRF, GCRF, EME2000, ITRF or TEME")
             );
@@ -99,11 +98,11 @@ fn axes(file: &str, segment: &Segment) -> Result<StartFrame, BuildError> {
     })
 }
 
-/// The error of a file in which one name has to be chosen.
+/// Returns the error for a file in which one of several names must be selected.
 fn choose(field: &str, written: Option<&str>, file: &str, known: &[String]) -> BuildError {
     let fact = match written {
         Some(name) => format!("{file} has no `{name}`"),
-        None => format!("{file} has several, and `{field}` does not say which"),
+        None => format!("{file} has several, and `{field}` does not select one"),
     };
     let mut names = known.to_vec();
     names.dedup();

@@ -166,7 +166,7 @@ impl WorldParams {
     /// Returns the epoch; `why` names the feature that needs it.
     pub fn epoch(&self, why: &str) -> Result<Epoch, BuildError> {
         let Some(text) = &self.epoch else {
-            return Err(BuildError::new(format!("{why} needs an epoch, and there is none"))
+            return Err(BuildError::new(format!("{why} needs an epoch, but `world` has none"))
                 .help("write `epoch: \"2012-08-06 05:17:57 UTC\"` in `world`"));
         };
         Epoch::parse(text).map_err(|e| told(&e))
@@ -416,7 +416,7 @@ impl Planet {
         Some(BuildError::new(fact).help(help))
     }
 
-    /// What W is.
+    /// Returns the type of W.
     pub fn axes(&self) -> Axes {
         match (self.site, self.turning) {
             (None, _) => Axes::Inertial,

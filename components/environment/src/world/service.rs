@@ -13,19 +13,19 @@ use std::sync::{Arc, OnceLock};
 #[derive(Clone)]
 pub struct PlanetWorld(Arc<Inner>);
 
-/// What a world knows.
+/// Data of a world.
 pub struct Inner {
-    /// As it is written.
+    /// The parameters in the file.
     pub params: WorldParams,
     /// Shape, rotation, site.
     pub planet: Planet,
     /// Gravity parameter, m³/s².
     mu: Option<f64>,
-    /// Where the others are, with an epoch.
+    /// Positions of the other bodies, if there is an epoch.
     heavens: Option<Heavens>,
-    /// Where the files that starts name are looked for.
+    /// Search folders for files that initial states name.
     pub(super) files: Files,
-    /// Those that cast shadows, with their radii (m): made where a Sun asks for them.
+    /// Bodies that cast shadows, with their radii (m); computed at the first query of a Sun.
     shadows: OnceLock<Vec<(Course, f64)>>,
 }
 
@@ -40,7 +40,7 @@ impl PlanetWorld {
     /// Returns the world of this library that a handle refers to.
     ///
     /// # Errors
-    /// It is a world of another library.
+    /// The world belongs to another library.
     pub fn of(handle: &Handle<dyn World>) -> Result<PlanetWorld, BuildError> {
         handle.as_any().downcast_ref::<PlanetWorld>().cloned().ok_or_else(|| {
             let fact = format!("`{}` is a world of another library", handle.path());
@@ -51,7 +51,7 @@ impl PlanetWorld {
     /// Returns the world as a service handle for parameters, for programs and tests.
     ///
     /// # Errors
-    /// What of it is wrong, with the remedy.
+    /// A parameter is invalid; the error contains the remedy.
     pub fn handle(p: WorldParams, files: &Files) -> Result<Handle<dyn World>, BuildError> {
         let world = PlanetWorld::build(p, files)?;
         Ok(Handle::new("world", Arc::new(world) as Arc<dyn World>))
@@ -62,12 +62,14 @@ impl PlanetWorld {
 const NEAR: f64 = 0.01;
 
 impl Inner {
-    /// The bodies around the central one; `what` needs them.
+    /// Returns the ephemeris of the other bodies, which `what` needs.
     pub(crate) fn heavens(&self, what: &str) -> Result<&Heavens, BuildError> {
         self.params.among_the_stars(what)?;
         self.params.epoch(what)?;
         self.heavens.as_ref().ok_or_else(|| {
-            let fact = format!("{what} needs to know where the body is among the others");
+            let fact = format!(
+                "{what} needs the position of the body in the solar system, which is not known"
+            );
             BuildError::new(fact).help("write `body: earth`, mars or moon in `world`")
         })
     }
@@ -75,7 +77,7 @@ impl Inner {
     /// Gravity parameter (m³/s²).
     ///
     /// # Errors
-    /// It is a body of the user's, and none is written.
+    /// The gravity parameter of the body is unknown.
     pub fn needs_mu(&self) -> Result<f64, BuildError> {
         self.mu.ok_or_else(|| {
             let fact = "the gravity parameter of the body is not known";
@@ -83,7 +85,7 @@ impl Inner {
         })
     }
 
-    /// Refuses a body that a model is not made for.
+    /// Rejects a body for which a model is not valid.
     pub fn only(&self, body: Centre, what: &str) -> Result<(), BuildError> {
         if self.params.body == body {
             return Ok(());
@@ -96,16 +98,16 @@ impl Inner {
         Err(BuildError::new(fact).help("use a model of that body, or change `body` in `world`"))
     }
 
-    /// Distance of the Sun in AU for a Sun without an ephemeris.
+    /// Returns the distance of the Sun in AU for a Sun without an ephemeris.
     pub fn sun_distance(&self) -> Option<f64> {
         self.params.sun_distance.or_else(|| self.params.body.sun_distance())
     }
 
-    /// Makes ready what light needs: the courses of the bodies that cast shadows. A Sun calls this when it is built, so that a world in which
-    /// nothing has light does not need an ephemeris of them.
+    /// Makes ready what light needs: the courses of the bodies that cast shadows. A Sun calls this when it is built, so that a world without a Sun
+    /// does not need an ephemeris of these bodies.
     ///
     /// # Errors
-    /// Where one of these bodies is, is not known, or it cannot cast a shadow.
+    /// The position of one of these bodies is unknown, or it cannot cast a shadow.
     pub fn needs_light(&self) -> Result<(), BuildError> {
         if self.shadows.get().is_none() {
             let _ = self.shadows.set(self.made_shadows()?);
@@ -119,7 +121,7 @@ impl Inner {
         let Some(heavens) = self.heavens.as_ref().filter(|_| p.body.body().is_some()) else {
             if p.shadows.as_ref().is_some_and(|s| !s.is_empty()) {
                 return wrong(
-                    "where these bodies are is not known",
+                    "the positions of these bodies are not known",
                     "write `epoch` and `turns: iau`, for the Earth, Mars or the Moon",
                 );
             }
@@ -133,7 +135,7 @@ impl Inner {
             };
             if Some(third.body().0) == own {
                 let fact = "the central body casts its shadow in any case";
-                return wrong(fact, "name the others alone");
+                return wrong(fact, "remove it from `shadows`");
             }
             let course =
                 heavens.course(third.body().0, "shadows").map_err(|e| match &p.shadows {
@@ -141,11 +143,10 @@ impl Inner {
                     None => {
                         let body = third.body().0;
                         let fact = format!(
-                            "the {body:?} may hide the Sun, and where it is, is not known: {}",
+                            "the {body:?} may shadow the Sun, but its position is not known: {}",
                             e.message
                         );
-                        let more =
-                            "write `shadows: []` in `world` where its shadow does not matter";
+                        let more = "write `shadows: []` in `world` if its shadow does not matter";
                         let help = e.help.map_or(more.to_string(), |h| format!("{h}; or {more}"));
                         BuildError::new(fact).help(help)
                     }
@@ -155,12 +156,12 @@ impl Inner {
         Ok(shadows)
     }
 
-    /// Those that cast shadows; none before [`Inner::needs_light`].
+    /// Returns the bodies that cast shadows; none before [`Inner::needs_light`].
     fn shadows(&self) -> &[(Course, f64)] {
         self.shadows.get().map_or(&[], |all| all)
     }
 
-    /// Sunlight at p (m, W) at t (s), given the Sun's place `sun` from the centre of the body (m, W).
+    /// Returns the sunlight at p (m, W) at t (s), for the position `sun` of the Sun relative to the centre of the body (m, W).
     pub fn light(&self, t: f64, p: &Vec3, sun: &Vec3) -> Light {
         let planet = &self.planet;
         let r = planet.site.map_or(*p, |s| s.relative_to_centre(p));
@@ -232,7 +233,8 @@ impl World for PlanetWorld {
     }
 }
 
-/// The body around which a simulation is, with its constants, its rotation and the date, and what W is. Written as `world: (body: ..)` next to `parts`.
+/// The central body of a simulation with its constants and rotation, the date, and the type of the frame W. Written as `world: (body: ..)` next to
+/// `parts`.
 #[service("environment.world", World)]
 impl Service for PlanetWorld {
     type Params = WorldParams;
@@ -241,8 +243,7 @@ impl Service for PlanetWorld {
         let seen = p.epoch.is_some() && p.among_the_stars("the Sun").is_ok();
         let heavens = if seen { Some(Heavens::around(&p, files)?) } else { None };
         if p.kernel.is_some() && heavens.is_none() {
-            let fact =
-                "`kernel` is written, and without an `epoch` and the pole of the IAU it has no use";
+            let fact = "`kernel` is written, but it has no effect without an `epoch` and the IAU pole of the body";
             return Err(BuildError::new(fact)
                 .help("write `epoch`, or remove `kernel`")
                 .at("kernel"));

@@ -151,7 +151,7 @@ pub(super) fn check_air_rate(
 /// Returns the Sutton-Graves constant (kg^½/m): the one in the file, or else the constant of the gas.
 ///
 /// # Errors
-/// Neither of them is given.
+/// Neither of the two values is given.
 pub fn heating_constant(
     written: Option<f64>,
     atmosphere: &Handle<dyn Atmosphere>,

@@ -11,7 +11,7 @@
 //! S, c̄, b  referenceWingArea, referenceWingChord, referenceWingSpan of the file
 //! ```
 //! The file's units are converted to SI. Its static shots are evaluated when it is loaded, and a file that fails its own shots is rejected. `set`
-//! replaces constants. Where a table ends it clamps, or the run stops.
+//! replaces constants. Beyond the end of a table, its last value is used, or the run stops.
 
 use super::air_data::{AirData, Outside, check_air_rate};
 use super::axisymmetric::{Edge, TableExit, leaves, remark};
@@ -23,7 +23,7 @@ use std::sync::Arc;
 
 /// Variables that a file may have.
 pub(super) const VARIABLES: usize = 1024;
-/// Inputs that come from outside.
+/// Inputs that the port `controls` supplies.
 const CONTROLS: usize = 12;
 
 /// A DAVE-ML file as a parameter: its name, or (name, text) with the text in place.
@@ -38,7 +38,7 @@ impl DaveFile {
     /// From a text.
     ///
     /// # Errors
-    /// Every mistake of the text, with its place; shots of the file that fail.
+    /// The text has faults (each is listed with its place), or static shots of the file fail.
     pub fn new(name: &str, text: &str) -> Result<DaveFile, String> {
         let model = read_dave(text, name).map_err(|e| e.to_string())?;
         let failed = model.check();
@@ -51,7 +51,7 @@ impl DaveFile {
 }
 
 impl DaveFile {
-    /// What the file says.
+    /// Returns the model of the file.
     pub(super) fn model(&self) -> &DaveModel {
         &self.model
     }
@@ -67,7 +67,7 @@ impl Param for DaveFile {
         match DaveFile::new(&name, &text) {
             Ok(file) => Some(file),
             Err(e) => {
-                let (fact, help) = e.split_once("\n  help: ").unwrap_or((&e, "mend the file"));
+                let (fact, help) = e.split_once("\n  help: ").unwrap_or((&e, "correct the file"));
                 cx.fault(v.origin, format!("{at}: {fact}"), Some(help.into()));
                 None
             }
@@ -78,10 +78,10 @@ impl Param for DaveFile {
     }
 }
 
-/// From which coefficients the force comes.
+/// Kind of coefficients from which the force is computed.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Forces {
-    /// From those that the file has; it must have one kind only.
+    /// The kind that the file has; the file must have one kind only.
     Found,
     /// aeroBodyForceCoefficient_X, _Y, _Z.
     Body,
@@ -89,42 +89,42 @@ pub enum Forces {
     Stability,
 }
 
-/// A constant of the file with another value.
+/// A constant of the file whose value is replaced.
 #[derive(Params, Clone, Debug)]
 pub struct Replacement {
     /// Its `varID`.
     pub variable: String,
-    /// The value, in the file's units.
+    /// The new value, in the file's units.
     pub value: f64,
 }
 
-/// A file and what is not in it.
+/// A file, and settings that are not in it.
 #[derive(Params, Clone, Debug)]
 pub struct DaveParams {
     /// The file.
     pub model: DaveFile,
-    /// From which coefficients the force comes: found, body, stability.
+    /// Kind of coefficients from which the force is computed: found, body, stability.
     #[param(default = Forces::Found)]
     pub forces: Forces,
-    /// Constants of the file that have other values here.
+    /// Constants of the file whose values are replaced here.
     #[param(default = Vec::new())]
     pub set: Vec<Replacement>,
     /// Inputs of the file (`varID`), in the order of the port `controls`; at most twelve.
     #[param(default = Vec::new())]
     pub controls: Vec<String>,
-    /// How the air turns with its planet, W, for the body rates: the rate of the `world`; zero: rates against W.
+    /// Angular velocity of the air, W, relative to which the body rates are measured; default: the rate of the `world`; zero: rates relative to W.
     #[param(unit = "rad/s", default = Vec3::zeros())]
     pub air_rate: Vec3,
     /// Length of the file's Reynolds number; default: its referenceWingChord.
     #[param(unit = "m")]
     pub reynolds_length: Option<f64>,
-    /// What happens where the tables end: clamp, stop.
+    /// Behaviour beyond the ends of the tables: clamp, stop.
     #[param(default = Outside::Clamp)]
     pub outside: Outside,
     /// The air.
     #[param(service)]
     pub atmosphere: Handle<dyn Atmosphere>,
-    /// The world, with whose body the air turns.
+    /// The world, with whose body the air rotates.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
 }
@@ -138,10 +138,10 @@ pub struct DaveIn {
     /// The inputs named in `controls`, each in SI (angles in rad).
     #[port("*", default = [0.0; CONTROLS])]
     pub controls: [f64; CONTROLS],
-    /// Gust over the wind, W, as of `flight.gusts`.
+    /// Gust velocity in addition to the wind, W, for example from `flight.gusts`.
     #[port("m/s", default = Vec3::zeros())]
     pub gust: Vec3,
-    /// Angular velocity of the air over `air_rate`, W, as `rotation` of `flight.gusts`.
+    /// Angular velocity of the air in addition to `air_rate`, W, for example `rotation` of `flight.gusts`.
     #[port("rad/s", default = Vec3::zeros())]
     pub gust_rate: Vec3,
 }
@@ -175,7 +175,7 @@ pub struct DaveOut {
     pub beta: f64,
 }
 
-/// Whether the tables were left.
+/// Flag of the table range.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct TableFlag {
     /// The flow has been outside the tables.
@@ -198,14 +198,14 @@ const FLOW: [(&[&str], &str); 12] = [
     (&["altitudeMSL", "altitudeMsl", "geodeticAltitude"], "m"),
     (&["reynoldsNumber"], "1"),
 ];
-/// Places of the last two: what not every atmosphere knows.
+/// Indices of the last two quantities, which not every atmosphere defines.
 const ALTITUDE: usize = 10;
 const REYNOLDS: usize = 11;
 
-/// The length of pitching moments.
+/// Reference length of pitching moments.
 const CHORD: &str = "referenceWingChord";
 
-/// Coefficients and lengths that come out, by the names that files have for them.
+/// Coefficients and lengths among the outputs of the file, by the names that files have for them.
 const RESULTS: [(&[&str], &str); 11] = [
     (&["aeroBodyForceCoefficient_X"], "1"),
     (&["aeroBodyForceCoefficient_Y"], "1"),
@@ -256,7 +256,7 @@ impl DaveAerodynamics {
                 "`{}` is in `{}`, not in a unit of {wanted}",
                 v.id, v.units
             ))
-            .help("mend `units` in the file")
+            .help("correct `units` in the file")
             .at("model")),
         }
     }
@@ -270,7 +270,7 @@ impl DaveAerodynamics {
         self.evaluate(t, &self.air(t, u), u).1
     }
 
-    /// Height above the ellipsoid, m, and the Reynolds number as the file has it, in SI; 0 where the file asks for none.
+    /// Height above the ellipsoid, m, and the Reynolds number in the definition of the file, in SI; 0 if the file does not use them.
     fn height_and_reynolds(&self, t: f64, a: &AirData, position: Vec3) -> [f64; 2] {
         let air = &self.p.atmosphere;
         let nan = f64::NAN;
@@ -280,7 +280,7 @@ impl DaveAerodynamics {
         [self.flow[ALTITUDE].map_or(0.0, height), self.flow[REYNOLDS].map_or(0.0, reynolds)]
     }
 
-    /// Where a flow is that is beyond the tables of the file.
+    /// Describes a flow that is beyond the tables of the file.
     fn reach(&self, a: &AirData) -> String {
         let [alpha, beta] = [a.alpha(), a.beta()].map(f64::to_degrees);
         let name = &self.p.model.name;
@@ -331,16 +331,18 @@ fn flow(p: &DaveParams, start: &[f64]) -> Result<([Place; FLOW.len()], f64), Bui
         }
         let unknown = match n {
             ALTITUDE if p.atmosphere.altitude(0.0, Vec3::zeros()).is_none() => {
-                "around which planet it is"
+                "the planet above which the altitude is measured"
             }
             REYNOLDS if p.atmosphere.viscosity(273.15).is_none() => "the viscosity of its gas",
             _ => "",
         };
         if !unknown.is_empty() {
-            let fact =
-                format!("{} needs {}, and the air does not know {unknown}", p.model.name, v.name);
+            let fact = format!(
+                "{} needs {}, but the atmosphere does not define {unknown}",
+                p.model.name, v.name
+            );
             let help = format!(
-                "take an atmosphere that does, such as `environment.us76`, or write controls: [\"{}\"]",
+                "use an atmosphere that does, such as `environment.us76`, or write controls: [\"{}\"]",
                 v.id
             );
             return Err(BuildError::new(fact).help(help).at("atmosphere"));
@@ -356,8 +358,8 @@ fn flow(p: &DaveParams, start: &[f64]) -> Result<([Place; FLOW.len()], f64), Bui
         *slot = Some((k, factor));
     }
     if p.reynolds_length.is_some() && flow[REYNOLDS].is_none() {
-        let fact = format!("{} takes no `reynoldsNumber` of the flow", p.model.name);
-        return Err(BuildError::new(fact).help("leave it out").at("reynolds_length"));
+        let fact = format!("{} does not use the `reynoldsNumber` of the flow", p.model.name);
+        return Err(BuildError::new(fact).help("remove `reynolds_length`").at("reynolds_length"));
     }
     Ok((flow, length))
 }
@@ -372,10 +374,10 @@ fn reynolds(p: &DaveParams, k: usize, start: &[f64]) -> Result<(f64, f64), Build
             None => Ok((factor, 1.0)),
             Some(_) => {
                 let fact = format!(
-                    "`{}` counts per length, in {}",
+                    "`{}` is per unit of length (its unit is {}), so it needs no reference length",
                     m.variables[k].id, m.variables[k].units
                 );
-                told("reynolds_length", fact, "leave it out")
+                told("reynolds_length", fact, "remove `reynolds_length`")
             }
         };
     }
@@ -384,8 +386,8 @@ fn reynolds(p: &DaveParams, k: usize, start: &[f64]) -> Result<(f64, f64), Build
         if length > 0.0 && length.is_finite() {
             return Ok((factor, length));
         }
-        let fact = format!("a Reynolds number for a length of {length} m");
-        return told("reynolds_length", fact, "write one above 0");
+        let fact = format!("the reference length of the Reynolds number is {length} m");
+        return told("reynolds_length", fact, "write a length above 0");
     }
     let chord = standard(m, RESULTS[9].0).filter(|c| m.variables[*c].role == Role::Constant);
     let length = match chord {
@@ -395,9 +397,11 @@ fn reynolds(p: &DaveParams, k: usize, start: &[f64]) -> Result<(f64, f64), Build
     if length > 0.0 {
         return Ok((factor, length));
     }
-    let fact =
-        format!("{} needs reynoldsNumber, and has no constant `{CHORD}` above 0", p.model.name);
-    told("reynolds_length", fact, "write the length for which its Reynolds number is")
+    let fact = format!(
+        "{} needs `reynoldsNumber`, but it has no constant `{CHORD}` above 0 as its reference length",
+        p.model.name
+    );
+    told("reynolds_length", fact, "write the reference length of its Reynolds number in m")
 }
 
 /// The aerodynamic model of a DAVE-ML file: tables and formulas over the flow, the body's rates and controls.
@@ -417,7 +421,11 @@ impl Model for DaveAerodynamics {
         };
         if m.variables.len() > VARIABLES {
             let fact = format!("{} has {} variables", p.model.name, m.variables.len());
-            return wrong("model", fact, format!("split it: at most {VARIABLES}"));
+            return wrong(
+                "model",
+                fact,
+                format!("split the model: the limit is {VARIABLES} variables"),
+            );
         }
         let mut start = vec![0.0; m.variables.len()];
         m.start(&mut start);
@@ -426,8 +434,12 @@ impl Model for DaveAerodynamics {
             match m.find(&r.variable) {
                 Some(k) if m.variables[k].role == Role::Constant => start[k] = r.value,
                 Some(_) => {
-                    let fact = format!("`{}` is no constant of {}", r.variable, p.model.name);
-                    return wrong("set", fact, "only constants have a value to replace".into());
+                    let fact = format!("`{}` is not a constant of {}", r.variable, p.model.name);
+                    return wrong(
+                        "set",
+                        fact,
+                        "`set` can replace only the values of constants".into(),
+                    );
                 }
                 None => {
                     let fact = format!("{} has no variable `{}`", p.model.name, r.variable);
@@ -458,7 +470,7 @@ impl Model for DaveAerodynamics {
         }
         if controls.len() > CONTROLS {
             let fact = format!("{} controls", controls.len());
-            return wrong("controls", fact, format!("there are {CONTROLS} at most"));
+            return wrong("controls", fact, format!("the limit is {CONTROLS} controls"));
         }
         let known = |k: usize| flow.iter().flatten().chain(&controls).any(|(i, _)| *i == k);
         let open: Vec<&str> = (0..m.variables.len())
@@ -467,7 +479,7 @@ impl Model for DaveAerodynamics {
             .map(|k| m.variables[k].id.as_str())
             .collect();
         if !open.is_empty() {
-            let fact = format!("nothing gives {} its input {}", p.model.name, open.join(", "));
+            let fact = format!("{} has inputs without a source: {}", p.model.name, open.join(", "));
             return wrong(
                 "controls",
                 fact,
@@ -487,14 +499,15 @@ impl Model for DaveAerodynamics {
             Forces::Found => false,
         };
         if absent {
-            let fact = format!("{} has no coefficients of these forces", p.model.name);
-            return wrong("forces", fact, "write the other, or leave `forces` out".into());
+            let fact =
+                format!("{} does not define the coefficients that `forces` selects", p.model.name);
+            return wrong("forces", fact, "write the other value, or remove `forces`".into());
         }
         let stability = match (p.forces, body, lift) {
             (Forces::Stability, _, _) | (Forces::Found, None, Some(_)) => true,
             (Forces::Body, _, _) | (Forces::Found, _, None) => false,
             (Forces::Found, Some(_), Some(_)) => {
-                let fact = format!("{} has body forces, and lift and drag", p.model.name);
+                let fact = format!("{} defines both body forces and lift and drag", p.model.name);
                 return wrong("forces", fact, "write forces: body or stability".into());
             }
         };

@@ -1,16 +1,16 @@
-//! `flight.dave_model`: any static model of a DAVE-ML file as a part: inertia, propulsion, control law.
+//! `flight.dave_model`: part for any static model of a DAVE-ML file, such as inertia, propulsion or a control law.
 //! ```text
 //! inputs    every variable that the file leaves open, by its varID        outputs   every `isOutput`, by its varID
 //! ```
 //! Ports are in SI; the file's units are converted. The file's static shots are run when it is loaded, and a file that fails its own shots is an error.
-//! Use `flight.dave_aerodynamics` for forces of the air, and `flight.wired_mass` to give a body the mass that comes out.
+//! Use `flight.dave_aerodynamics` for forces of the air, and `flight.wired_mass` to give a body the computed mass.
 
 use super::dave::{DaveFile, Replacement};
 use linkwork_formats::daveml::{DaveVariable, Role, unit_text};
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::{Unit, remedy};
 
-/// A file, and constants of it that have other values here.
+/// A file, and constants of it whose values are replaced here.
 #[derive(Params, Clone, Debug)]
 pub struct DaveModelParams {
     /// The file.
@@ -23,7 +23,7 @@ pub struct DaveModelParams {
 /// A static model.
 pub struct DaveStatic {
     p: DaveModelParams,
-    /// Place and factor to SI of inputs and outputs.
+    /// Index and factor to SI of inputs and outputs.
     inputs: Vec<(usize, f64)>,
     outputs: Vec<(usize, f64)>,
     start: Vec<f64>,
@@ -36,7 +36,7 @@ fn unit(v: &DaveVariable) -> Option<Unit> {
     unit_text(&v.units).and_then(|t| Unit::parse(&t).ok())
 }
 
-/// The SI unit of the same quantity: `kg m^2`.
+/// Returns the SI unit of the same quantity: `kg m^2`.
 fn si(unit: &Unit) -> String {
     let factors = BASE.iter().zip(unit.exponents).filter(|(_, p)| *p != 0);
     let text = |(base, p): (&&str, i8)| match p {

@@ -80,7 +80,11 @@ fn files_and_parameters_that_do_not_fit_are_refused() {
         "name=\"aeroBodyForceCoefficient_X\" varID=\"EL\" units=\"nd\"",
     );
     for (e, param, phrase) in [
-        (build(DaveParams { controls: vec![], ..params(FILE) }), "controls", "its input EL"),
+        (
+            build(DaveParams { controls: vec![], ..params(FILE) }),
+            "controls",
+            "inputs without a source: EL",
+        ),
         (
             build(DaveParams { controls: vec!["ELL".into()], ..params(FILE) }),
             "controls",
@@ -238,12 +242,16 @@ fn reynolds_numbers_and_altitudes_that_nothing_gives_are_refused() {
     };
     let four = of_four("nd");
     // This air does not define its gas or its planet.
-    refused(params(&four), "atmosphere", "needs altitudeMSL, and the air does not know around");
+    refused(
+        params(&four),
+        "atmosphere",
+        "needs altitudeMSL, but the atmosphere does not define the planet",
+    );
     let controls = vec!["EL".to_string(), "ALT".to_string()];
     refused(
         DaveParams { controls, ..params(&four) },
         "atmosphere",
-        "needs reynoldsNumber, and the air does not know the viscosity",
+        "needs reynoldsNumber, but the atmosphere does not define the viscosity",
     );
     let chord = "varID=\"c\" units=\"ft\" initialValue=\"1.5\"";
     let no_chord = four.replace(chord, "varID=\"c\" units=\"ft\" initialValue=\"0\"");
@@ -252,12 +260,16 @@ fn reynolds_numbers_and_altitudes_that_nothing_gives_are_refused() {
     refused(
         DaveParams { reynolds_length: length, ..known(&of_four("_m")) },
         "reynolds_length",
-        "`RE` counts per length, in _m",
+        "`RE` is per unit of length (its unit is _m)",
     );
-    refused(DaveParams { reynolds_length: length, ..known(FILE) }, "reynolds_length", "takes no");
+    refused(
+        DaveParams { reynolds_length: length, ..known(FILE) },
+        "reynolds_length",
+        "does not use the `reynoldsNumber`",
+    );
     for none in [0.0, -1.0, f64::NAN] {
         let p = DaveParams { reynolds_length: Some(none), ..known(&four) };
-        refused(p, "reynolds_length", "a Reynolds number for a length of");
+        refused(p, "reynolds_length", "the reference length of the Reynolds number is");
     }
     refused(known(&of_four("kg")), "model", "`RE` is in `kg`");
 }

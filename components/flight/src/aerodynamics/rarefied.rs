@@ -1,17 +1,17 @@
-//! Aerodynamics where the air is thin: free molecules on a surface, and the bridge to the continuum.
+//! Aerodynamics in thin air: free molecular flow on a surface, and the transition to the continuum.
 //! ```text
 //! one side of a flat plate, s = V/√(2 R T), σ = sin of the incidence (1: head on), diffuse share a, T_w
 //! C_p = [ (2−a)/√π σs + a/2 √(T_w/T) ] e^(−σ²s²)/s² + [ (2−a)(σ² s² + ½) + a/2 √(π T_w/T) σ s ] (1 + erf σs)/s²
 //! C_τ = a cosθ/(√π s) [ e^(−σ²s²) + √π σ s (1 + erf σs) ]
 //! bridge  C = C_c + (C_fm − C_c) sin²(π (3/8 + log₁₀Kn/8)),  10⁻³ < Kn < 10
 //! ```
-//! The plate is that of Schaaf and Chambré (maxwellian gas, one accommodation coefficient for both).
+//! The formulas for the plate are those of Schaaf and Chambré (Maxwellian gas, one accommodation coefficient for pressure and shear).
 
 use std::f64::consts::PI;
 
 /// Pressure and shear coefficients (C_p, C_τ) of one side of a plate in free molecular flow.
 ///
-/// `sine`: sine of the angle between surface and stream, 1 head on, negative on the lee; `speed_ratio`
+/// `sine`: sine of the angle between surface and stream, 1 if the stream is normal to the surface, negative on the lee side; `speed_ratio`
 /// s > 0; `diffuse` a: 0 specular, 1 diffuse; `wall`: wall temperature over that of the gas.
 pub fn free_molecular(sine: f64, speed_ratio: f64, diffuse: f64, wall: f64) -> (f64, f64) {
     let (s, a) = (speed_ratio, diffuse);
@@ -25,7 +25,7 @@ pub fn free_molecular(sine: f64, speed_ratio: f64, diffuse: f64, wall: f64) -> (
     (p / (s * s), shear)
 }
 
-/// Share of the free molecular coefficient at a Knudsen number: 0 in the continuum, 1 in free flow.
+/// Fraction of the free molecular coefficient at a Knudsen number: 0 in the continuum, 1 in free molecular flow.
 pub fn bridge(knudsen: f64) -> f64 {
     if knudsen <= 1e-3 {
         0.0
@@ -95,7 +95,7 @@ mod tests {
         assert!(lee.0.abs() < 1e-12 && lee.1.abs() < 1e-12, "nothing comes from behind");
     }
 
-    /// Slow gas at rest: the pressure of a Maxwellian on a wall of its own temperature, C_p = 1/s².
+    /// Limit of slow flow: the pressure of a Maxwellian gas on a wall at the same temperature, C_p = 1/s².
     #[test]
     fn a_plate_at_rest_feels_the_pressure_of_the_gas() {
         for a in [0.0, 0.4, 1.0] {

@@ -1,13 +1,13 @@
-//! `flight.rate_damping`: a moment against a body's turning, M = −c ω by axis, body axes.
+//! `flight.rate_damping`: a moment that opposes the rotation of a body: M = −c ω about each of the body axes.
 //!
-//! Of a body whose damping is known as numbers, such as a payload that hangs on a parachute.
+//! Use it for a body whose damping coefficients are known, such as a payload on a parachute.
 
 use linkwork_runtime::prelude::*;
 
 /// Damping.
 #[derive(Params, Clone, Debug)]
 pub struct RateDampingParams {
-    /// Moment over rate about x, y, z of the node.
+    /// Ratio of moment to angular rate about x, y, z of the node.
     #[param(unit = "N m s/rad")]
     pub damping: Vec3,
     /// Angular velocity of the axes to which the body's rate refers, W: the rate of the air of the `world`, or zero.
@@ -24,7 +24,7 @@ pub struct RateDampingIn {
     /// Node with the axes of the damping.
     #[port(bind = "body")]
     pub body: NodeState,
-    /// Rate of the air over `against`, W, as `rotation` of gusts.
+    /// Angular velocity of the air in addition to `against`, W, for example `rotation` of `flight.gusts`.
     #[port("rad/s", default = Vec3::zeros())]
     pub gust_rate: Vec3,
 }
@@ -32,7 +32,7 @@ pub struct RateDampingIn {
 /// The moment.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct RateDampingOut {
-    /// On the body.
+    /// Load on the body.
     #[port(bind = "body")]
     pub load: Wrench,
 }
@@ -42,7 +42,7 @@ pub struct RateDamping {
     p: RateDampingParams,
 }
 
-/// A moment against a body's turning, proportional to its rate about each axis.
+/// A moment that opposes the rotation of a body, proportional to its rate about each axis.
 #[model("flight.rate_damping")]
 impl Model for RateDamping {
     type Params = RateDampingParams;
@@ -50,8 +50,8 @@ impl Model for RateDamping {
     type FeedthroughOutputs = RateDampingOut;
     fn build(p: RateDampingParams) -> Result<Self, BuildError> {
         if p.damping.iter().any(|c| !(*c >= 0.0)) {
-            return Err(BuildError::new("a negative damping feeds the motion")
-                .help("write numbers from 0 up")
+            return Err(BuildError::new("a negative damping would add energy to the motion")
+                .help("write values of 0 or more")
                 .at("damping"));
         }
         super::air_data::check_air_rate(&p.against, p.world.as_ref(), "against")?;
@@ -74,7 +74,7 @@ mod tests {
         RateDampingParams { damping, against, world: world.map(PlainWorld::handle) }
     }
 
-    /// Two statements that disagree are an error: the rate of the air, and the rotation of the world.
+    /// It is an error if the rate of the air contradicts the rotation of the world.
     #[test]
     fn air_that_turns_otherwise_than_the_world_is_refused() {
         let turns = 7.292_115e-5;

@@ -1,4 +1,4 @@
-//! Newtonian coefficients of a sphere-cone at angles of attack at which all of its front is wetted.
+//! Newtonian coefficients of a sphere-cone at angles of attack at which the flow reaches its whole front.
 //! ```text
 //! c = C_p,max    ν = r_n/r_b    r_t = ν cos δ (radius of the seam over r_b)    α ≤ δ
 //! C_A = c [(cos²α sin²δ + ½ sin²α cos²δ)(1 − r_t²) + ν² (½ cos²α (1 − sin⁴δ) + ¼ sin²α cos⁴δ)]
@@ -7,14 +7,14 @@
 //!         x = ν (1 − 1/sin δ), ⅔ c sin α cos α (cos δ/sin δ)(1 − r_t³), nose down
 //! C_p,max = 4/(γ+1) ((γ+1)²/4γ)^(γ/(γ−1))  for M → ∞; 2 is pure Newtonian flow
 //! ```
-//! Areas are over that of the base, moments over base area and base diameter, lengths over r_b.
+//! Areas are relative to the base area, moments to base area times base diameter, lengths to the base radius r_b.
 
 /// A sphere-cone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SphereCone {
     /// Half angle of the cone δ, rad, 0 to π/2.
     pub half_angle: f64,
-    /// Nose radius over base radius ν.
+    /// Ratio ν of nose radius to base radius.
     pub bluntness: f64,
     /// Pressure coefficient at the stagnation point.
     pub pressure_max: f64,
@@ -27,7 +27,7 @@ pub struct Coefficients {
     pub axial: f64,
     /// C_N.
     pub normal: f64,
-    /// C_m about the point asked for.
+    /// C_m about the given point.
     pub pitch: f64,
 }
 
@@ -40,7 +40,7 @@ impl Coefficients {
 }
 
 impl SphereCone {
-    /// At an angle of attack α (rad, |α| ≤ δ), moments about a point `aft` base radii behind the nose.
+    /// Returns the coefficients at an angle of attack α (rad, |α| ≤ δ), with moments about a point `aft` base radii behind the nose.
     pub fn at(&self, alpha: f64, aft: f64) -> Coefficients {
         let (c, nu) = (self.pressure_max, self.bluntness);
         let (sa, ca) = alpha.sin_cos();
@@ -71,12 +71,12 @@ pub fn pressure_max(gamma: f64) -> f64 {
     4.0 / g * (g * g / (4.0 * gamma)).powf(gamma / (gamma - 1.0))
 }
 
-/// Pressure coefficient on the base of a blunt body at a Mach number: below zero, and what it adds to C_A is its negative.
+/// Pressure coefficient on the base of a blunt body at a Mach number; it is negative, and its magnitude adds to C_A.
 /// ```text
 /// C_p,b = 8.325e-3 + 0.11293/M − 1.801/M² + 1.2885/M³
 /// ```
-/// The fit of Viking; from M = 1 on, where it is −0.39. At M → ∞ it goes to +0.008, above zero beyond M = 8.9, within what a
-/// vacuum on the base leaves open: it is 0 there. Below M = 1 the value at 1 is taken.
+/// The formula is a fit to Viking for M ≥ 1; at M = 1 it is −0.39. For M → ∞ the formula approaches +0.008 and is positive beyond M = 8.9, where a
+/// vacuum on the base is within its uncertainty; 0 is used at these Mach numbers. Below M = 1 the value at M = 1 is used.
 #[must_use]
 pub fn base_pressure(mach: f64) -> f64 {
     let m = mach.max(1.0);

@@ -94,7 +94,7 @@ impl SphereConeShell {
                 a.mach
             );
             let remedy = "use `flight.axisymmetric_aerodynamics` with tables";
-            return self.p.outside.says(fact, "the coefficients of fast flow are", remedy);
+            return self.p.outside.says(fact, "the coefficients of hypersonic flow are", remedy);
         }
         let fact = format!(
             "the flow {does} at a total angle of attack of {total:.2} deg, above the half-angle of {half:.2} deg, where it does not reach all of the fore-body"
@@ -308,7 +308,7 @@ mod tests {
         );
     }
 
-    /// If a part of the fore-body is in the lee, the closed form is left: one warning with `clamp`, or the run stops.
+    /// If a part of the fore-body is in the lee, the closed form is not valid: one warning with `clamp`, or the run stops.
     #[test]
     fn above_the_half_angle_it_clamps_or_stops_and_says_so() {
         let (c, (_, d)) = (Clock::at(0.0, 0.01, 0), STATE);

@@ -1,4 +1,4 @@
-//! What turns a spacecraft: wheels, control moment gyros, magnetic torquers, gimballed engines, the gradient of gravity.
+//! Torques on a spacecraft: reaction wheels, control moment gyros, magnetic torquers, gimballed engines, gravity gradient.
 
 pub mod bank_control;
 pub mod control_moment_gyro;

@@ -89,7 +89,7 @@ pub struct TransferState {
 /// Velocity change of a transfer, as an output.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct TransferCost {
-    /// Sum of the changes of velocity that were asked for.
+    /// Sum of the commanded velocity changes.
     #[port("m/s")]
     pub dv: f64,
 }

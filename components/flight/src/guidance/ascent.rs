@@ -1,4 +1,4 @@
-//! `flight.linear_tangent`: where to push in an ascent, closed loop, so that height and speeds are reached at burnout.
+//! `flight.linear_tangent`: closed-loop guidance of an ascent: thrust direction with which height and speeds are reached at burnout.
 //! ```text
 //! flat, uniform gravity g, x along, z up; T/m = a(t) = v_e/(τ − t), τ = v_e/a₀ (time to burn everything)
 //! direction  tan θ = A + B t: the fuel-optimal one                        sin θ ≈ A + B t for small angles
@@ -6,7 +6,7 @@
 //! v_z(T) = v_z + A b₀ + B b₁ − g_eff T          z(T) = z + v_z T + A c₀ + B c₁ − g_eff T²/2
 //! g_eff = μ/r² − v_x²/r, the mean of now and burnout; T: burn time left, such that b₀ cos θ gives the speed that is missing
 //! ```
-//! (Powered explicit guidance in its plane.) Solved again at each sample; in the last seconds A and B are held.
+//! (Powered explicit guidance in its plane.) The law is solved again at each sample; in the last seconds A and B are held.
 
 use super::planet::inertial;
 use crate::orbit::{body_mu, orbital};
@@ -43,8 +43,8 @@ fn integrals(exhaust: f64, tau: f64, t: f64) -> [f64; 4] {
     [b0, b1, c0, c1]
 }
 
-/// Steering from `now` to `end` under `acceleration` (m/s²) of engines of `exhaust` velocity, around μ; `guess`:
-/// burn time of the last sample. `None` where the engines cannot reach it before everything is burnt.
+/// Steering from `now` to `end` under `acceleration` (m/s²) of engines of `exhaust` velocity, around a planet of μ; `guess`: burn time of the last
+/// sample. `None` if the engines cannot reach the end state before all propellant is burnt.
 pub fn linear_tangent(
     now: &Plane,
     end: &Plane,
@@ -96,7 +96,7 @@ pub struct TangentParams {
     /// Speed upwards at burnout.
     #[param(unit = "m/s", default = 0.0)]
     pub up: f64,
-    /// Inertial speed along at burnout.
+    /// Horizontal inertial speed at burnout.
     #[param(unit = "m/s", range = 0.0..)]
     pub along: f64,
     /// Thrust.
@@ -113,7 +113,7 @@ pub struct TangentParams {
     pub world: Handle<dyn World>,
 }
 
-/// Where it is.
+/// State and mass of the vehicle.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct TangentIn {
     /// The vehicle.
@@ -124,16 +124,16 @@ pub struct TangentIn {
     pub mass: f64,
 }
 
-/// Where to push.
+/// Commanded force and status.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct TangentOut {
-    /// Force that is wanted, W; zero after burnout.
+    /// Commanded force, W; zero after burnout.
     #[port("N")]
     pub force: Vec3,
-    /// Angle of the thrust over the horizon.
+    /// Angle of the thrust above the horizon.
     #[port("rad")]
     pub pitch: f64,
-    /// Burn time that is left.
+    /// Remaining burn time.
     #[port("s")]
     pub to_go: f64,
     /// The law has no solution, and the last steering continues.
@@ -153,10 +153,10 @@ pub struct Solved {
     /// Time of burnout; 0: not solved yet.
     #[port("s")]
     pub burnout: f64,
-    /// When it was solved.
+    /// Time of the last solution.
     #[port("s")]
     pub since: f64,
-    /// The last try found nothing.
+    /// The last sample found no solution.
     #[port]
     pub lost: bool,
 }
@@ -169,7 +169,7 @@ pub struct LinearTangent {
 }
 
 impl LinearTangent {
-    /// The solution of this sample, or the last one carried on.
+    /// The solution of this sample, or else the continued last one.
     fn solve(&self, c: &Clock, d: &Solved, u: &TangentIn) -> Solved {
         let p = &self.p;
         let left = d.burnout - c.t;

@@ -7,7 +7,7 @@
 //! glide slope: ‖(r − r_T)_xy‖ tan γ ≤ (r − r_T)_z      pointing: u_z ≥ s cos θ
 //! u and s are linear between nodes: r and v exactly, z by the trapezoid rule;  maximise z at the end
 //! ```
-//! Flat ground, z up, uniform gravity. The time of flight is found by golden section over [`plan`].
+//! The ground is flat with z up, and gravity is uniform. The time of flight is found by golden section over [`plan`].
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
@@ -44,9 +44,9 @@ pub struct Descent {
     pub start: [Vec3; 2],
     /// Position and velocity at the end.
     pub end: [Vec3; 2],
-    /// Least angle over the horizon as seen from the target, rad; 0: not below the target.
+    /// Least elevation above the horizon, seen from the target, rad; 0: only not below the target.
     pub glide: f64,
-    /// Greatest angle of the thrust from straight up, rad; π: any.
+    /// Greatest angle of the thrust to the vertical, rad; π: no limit.
     pub pointing: f64,
 }
 
@@ -78,12 +78,14 @@ pub enum NoPlan {
         /// The time of flight.
         time: f64,
     },
-    /// The solver did not come to an end.
-    #[error("the solver stopped with {status} for {time} s\n  help: take another number of nodes")]
+    /// The solver did not converge.
+    #[error(
+        "the solver stopped with {status} for {time} s\n  help: choose another number of nodes"
+    )]
     Solver {
         /// The time of flight.
         time: f64,
-        /// Its words.
+        /// The status of the solver.
         status: String,
     },
     /// The input does not describe a valid descent.
@@ -96,14 +98,14 @@ pub enum NoPlan {
     },
 }
 
-/// Rows A x + s = b of one cone after the other, in variables near 1: the solver's tolerances mean them.
+/// Rows A x + s = b of one cone after the other, scaled so that variables are near 1, because the solver's tolerances are absolute.
 struct Rows {
     triplets: [Vec<usize>; 2],
     values: Vec<f64>,
     b: Vec<f64>,
     /// Unit of each variable of a node.
     unit: [f64; PER_NODE],
-    /// What z is counted from.
+    /// Origin of z.
     z_from: f64,
 }
 
@@ -122,7 +124,7 @@ impl Rows {
         self.b.push(b);
     }
 
-    /// Rows from `from` on over `unit`, so that they are near 1 as well.
+    /// Divides the rows from `from` on by `unit`, so that they are near 1, too.
     fn over(&mut self, from: usize, unit: f64) {
         self.b[from..].iter_mut().for_each(|b| *b /= unit);
         let first = self.triplets[0].partition_point(|row| *row < from);
@@ -142,7 +144,10 @@ impl Descent {
             return wrong("the mass is not above the dry mass", "write mass > dry > 0");
         }
         if !(low > 0.0 && high > low && self.thrust > 0.0 && self.specific_impulse > 0.0) {
-            return wrong("thrust and throttle give no range", "write 0 < low < high and a thrust");
+            return wrong(
+                "`thrust` and `throttle` do not define a range",
+                "write 0 < low < high and a thrust",
+            );
         }
         if !(self.glide >= 0.0 && self.glide < 1.57 && self.cant >= 0.0 && self.cant < 1.5) {
             return wrong(
@@ -154,7 +159,7 @@ impl Descent {
     }
 }
 
-/// The plan of `nodes` intervals that takes `time` s, with the most mass at the end.
+/// Returns the plan of `nodes` intervals and duration `time` s with the greatest final mass.
 ///
 /// # Errors
 /// The input is not valid, no trajectory satisfies the limits, or the solver fails.
@@ -162,7 +167,10 @@ pub fn plan(d: &Descent, time: f64, nodes: usize) -> Result<Vec<Node>, NoPlan> {
     d.check()?;
     if !(time > 0.0) || nodes < 2 {
         let what = format!("{time} s in {nodes} intervals");
-        return Err(NoPlan::Input { what, help: "take a time above 0 and two intervals or more" });
+        return Err(NoPlan::Input {
+            what,
+            help: "choose a time above 0 and at least two intervals",
+        });
     }
     let (alpha, dt) = (d.flow(), time / nodes as f64);
     let [low, high] = d.throttle.map(|t| t * d.thrust * d.cant.cos());
@@ -312,10 +320,10 @@ pub fn plan(d: &Descent, time: f64, nodes: usize) -> Result<Vec<Node>, NoPlan> {
         .collect())
 }
 
-/// The plan with the most mass at the end among times from `low` to `high` s, to `exact` s, by golden section.
+/// Returns the plan with the greatest final mass among durations from `low` to `high` s; golden section finds the duration to within `exact` s.
 ///
 /// # Errors
-/// As [`plan`] at the best time, when there is none at all.
+/// The error of [`plan`] at the best time, if there is no plan at any time.
 pub fn best_plan(
     d: &Descent,
     (low, high): (f64, f64),
@@ -323,8 +331,12 @@ pub fn best_plan(
     nodes: usize,
 ) -> Result<Vec<Node>, NoPlan> {
     if !(exact > 0.0 && low < high) {
-        let what = format!("times from {low} to {high} s, to {exact} s");
-        return Err(NoPlan::Input { what, help: "give a span of times, and how exactly above 0" });
+        let what =
+            format!("times from {low} to {high} s with an accuracy of {exact} s are not valid");
+        return Err(NoPlan::Input {
+            what,
+            help: "choose an interval of times above 0 and an accuracy above 0",
+        });
     }
     let fuel = |time: f64| match plan(d, time, nodes) {
         Ok(p) => Ok(d.mass - p[nodes].mass),
@@ -381,9 +393,9 @@ mod tests {
         }
     }
 
-    /// The example of Açıkmeşe and Ploen, above the ground: the reference has 390.43 kg in 74 s. Ever more intervals go to
-    /// 390.4417 kg here, 0.012 kg above that; with 9.807 m/s² for g₀, of which we only suppose that it was taken
-    /// there, it is 390.43 kg to its digits.
+    /// The example of Açıkmeşe and Ploen with the constraint to stay above the ground: the reference uses 390.43 kg in 74 s. With more and more
+    /// intervals the propellant here converges to 390.4417 kg, which is 0.012 kg more; with g₀ = 9.807 m/s², which the reference probably used, it is
+    /// 390.43 kg to all its digits.
     #[test]
     fn the_published_descent_takes_its_published_fuel() {
         let start = [Vec3::new(2000.0, 0.0, 1500.0), Vec3::new(100.0, 0.0, -75.0)];

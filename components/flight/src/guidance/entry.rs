@@ -1,4 +1,4 @@
-//! Range control of an entry after a reference trajectory (Apollo, MSL): the lift that brings it to its range.
+//! Range control of an entry along a reference trajectory (Apollo, MSL): the lift with which the vehicle reaches its target range.
 //! ```text
 //! reference over speed V: range to go R_ref, drag D_ref, rate of height ḣ_ref, gains F₁ = ∂R/∂D, F₂ = ∂R/∂ḣ, F₃ = ∂R/∂u
 //! u = u_ref + K (R − R_p)/F₃,    R_p = R_ref + F₁ (D − D_ref) + F₂ (ḣ − ḣ_ref),    u = cos σ of the lift upwards
@@ -61,7 +61,7 @@ impl Vehicle {
         [v * c, -d - g * s, (self.lift_to_drag * u * d - (g - v * v / r) * c) / v, v * s]
     }
 
-    /// One step of RK4 of length `h` s.
+    /// Performs one RK4 step of length `h` s.
     pub fn step(&self, x: &[f64; 4], u: f64, h: f64) -> [f64; 4] {
         let at =
             |k: &[f64; 4], c: f64| -> [f64; 4] { std::array::from_fn(|i| x[i] + c * h * k[i]) };
@@ -72,9 +72,10 @@ impl Vehicle {
         std::array::from_fn(|i| x[i] + h / 6.0 * (a[i] + 2.0 * (b[i] + c[i]) + d[i]))
     }
 
-    /// The reference from (0, V, γ, h) at constant u until the speed is `end`, rows every `h` s from the greatest speed on, with its gains.
+    /// Computes the reference from (0, V, γ, h) at constant u until the speed is `end`, with its gains; rows are `h` s apart and begin at the
+    /// greatest speed.
     ///
-    /// `None` when it does not come to that speed within 2000 s above the ground.
+    /// Returns `None` if it does not reach that speed within 2000 s above the ground.
     pub fn reference(
         &self,
         start: [f64; 4],
@@ -111,8 +112,7 @@ impl Vehicle {
     }
 }
 
-/// Gains F₁, F₂, F₃ at every point of a path that was made with steps of `h` s: the adjoint, backwards, by the
-/// trapezoid rule.
+/// Gains F₁, F₂, F₃ at every point of a path with steps of `h` s: the adjoint, integrated backwards by the trapezoidal rule.
 ///
 /// The range counts until the height of the end is reached: λ_h = −cot γ_f there.
 pub fn adjoint(vehicle: &Vehicle, path: &[[f64; 4]], u: f64, h: f64) -> Vec<[f64; 3]> {
@@ -154,7 +154,7 @@ pub fn adjoint(vehicle: &Vehicle, path: &[[f64; 4]], u: f64, h: f64) -> Vec<[f64
     out
 }
 
-/// The row of a reference at a speed; rows fall in speed.
+/// Returns the row of a reference at a speed; speeds decrease from row to row.
 pub fn at_speed(rows: &[ReferenceRow], speed: f64) -> ReferenceRow {
     let k = rows.partition_point(|r| r.speed > speed).clamp(1, rows.len() - 1);
     let (a, b) = (&rows[k - 1], &rows[k]);
@@ -171,7 +171,7 @@ pub fn at_speed(rows: &[ReferenceRow], speed: f64) -> ReferenceRow {
     }
 }
 
-/// Lift u = cos σ for a range to go, before it is cut off at ±1.
+/// Vertical lift fraction u = cos σ for a range to go, before it is limited to ±1.
 pub fn lift(
     row: &ReferenceRow,
     lift_ref: f64,
@@ -201,7 +201,7 @@ mod tests {
 
     const START: [f64; 4] = [0.0, 5845.0, -0.2600, 80_000.0];
 
-    /// Range flown until the height of the reference's end, under u.
+    /// Returns the range flown at constant u until the height at which the reference ends.
     fn flown(start: [f64; 4], u: impl Fn(f64, &[f64; 4]) -> f64, height: f64) -> f64 {
         let (v, mut x, h) = (vehicle(), start, 0.05);
         while x[3] > height && x[1] > 100.0 {
@@ -223,7 +223,7 @@ mod tests {
         x[3]
     }
 
-    /// The gains are derivatives of the range: beside differences of whole flights.
+    /// The gains are derivatives of the range: compared with finite differences of whole flights.
     #[test]
     fn gains_are_derivatives_of_the_range() {
         let (v, u) = (vehicle(), 0.5);
@@ -251,7 +251,7 @@ mod tests {
         assert!((row.by_lift / by_lift - 1.0).abs() < 0.02, "{} {by_lift}", row.by_lift);
     }
 
-    /// Guided flights from disturbed starts come to the range; unguided ones miss it by kilometres.
+    /// Guided flights from disturbed initial states reach the target range; unguided ones miss it by kilometres.
     #[test]
     fn guidance_takes_dispersions_away() {
         let (v, u) = (vehicle(), 0.5);

@@ -1,6 +1,6 @@
-//! Laws that say where to push: powered descent, entry, ascent, rendezvous; and where a lander is.
+//! Guidance laws for powered descent, entry, ascent and rendezvous, and navigation of landers.
 //!
-//! Each law is a pure function with a thin model over it, so that a user's own law can take its place.
+//! Each law is a pure function, and a thin model calls it, so that users can replace it by their own law.
 
 pub mod approach;
 pub mod ascent;

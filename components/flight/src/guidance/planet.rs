@@ -238,7 +238,9 @@ pub(crate) mod tests {
         assert!((axes.column(2) - up).norm() < 1e-15 && (axes.determinant() - 1.0).abs() < 1e-12);
         let e = frame.of_a_planet(Some(1.0), "ground_radius").err().unwrap();
         assert!(e.param.as_deref() == Some("ground_radius") && e.help.is_some());
-        assert!(Frame::new(None, None).err().unwrap().message.contains("which way is up"));
+        assert!(
+            Frame::new(None, None).err().unwrap().message.contains("direction of the vertical")
+        );
         let point = Handle::new("g", Arc::new(Point { mu: 1.0, site: None }) as Arc<dyn Gravity>);
         assert!(Frame::new(None, Some(&point)).err().unwrap().help.unwrap().contains("world"));
     }

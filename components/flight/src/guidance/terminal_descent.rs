@@ -366,7 +366,7 @@ mod tests {
         assert!(said(2.0).is_empty() && said(40.0)[0].param.as_deref() == Some("freeze"));
     }
 
-    /// Over level ground, far from the origin of W, it comes down as it does over the origin, to the place or where it goes of itself.
+    /// Over level ground far from the origin of W, the lander descends as it does near the origin, with and without a target.
     #[test]
     fn on_level_ground_the_origin_does_not_matter() {
         let gravity = testing::gravity(|_, _| Vec3::z() * -1.62);

@@ -1,8 +1,8 @@
-//! A soil for tests of what looks at ground and does not touch it.
+//! A soil for tests of parts that observe the ground but do not touch it.
 
 use linkwork_runtime::prelude::Soil;
 
-/// Of no soil in particular.
+/// Firm soil for tests whose result does not depend on the soil.
 pub fn firm() -> Soil {
     Soil {
         n: 1.0,

@@ -7,9 +7,9 @@
 //! ψ = (2/(γ+1))^((γ+1)/(2(γ−1))) when p_a/p is below the critical ratio, else √(2/(γ−1) (r^(2/γ) − r^((γ+1)/γ)))
 //! T = T₀ (p/p₀)^((γ−1)/γ)
 //! ```
-//! The bag keeps its shape but for the cap that is flattened: right while s is well below R. At s = 1.8 R, a tenth of its height, it is pressed
-//! flat: its volume stays there, and the run warns, because the bag does not know whether the lander's hull is on the ground. Gas that has left
-//! does not come back: after the vent a second bounce is softer.
+//! The bag keeps its shape except for the flattened cap; this is valid while s is well below R. At s = 1.8 R, a tenth of its height, it counts as
+//! pressed flat: its volume no longer decreases, and a warning is given, because the model does not know whether the hull of the lander touches the
+//! ground. Gas that has escaped does not return, so after venting a second bounce is softer.
 
 use linkwork_runtime::needs_level_ground;
 use linkwork_runtime::prelude::*;
@@ -20,13 +20,13 @@ pub struct AirbagParams {
     /// Radius R.
     #[param(unit = "m", range = 1e-3..)]
     pub radius: f64,
-    /// Pressure when it is not pressed in, p₀.
+    /// Pressure p₀ of the undeformed bag.
     #[param(unit = "Pa", range = 1e-3..)]
     pub pressure: f64,
     /// Ambient pressure p_a.
     #[param(unit = "Pa", default = 0.0, range = 0.0..)]
     pub ambient: f64,
-    /// Overpressure at which the vent opens for good; default: no vent.
+    /// Overpressure at which the vent opens and then stays open; default: no vent.
     #[param(unit = "Pa", range = 0.0..)]
     pub vent: Option<f64>,
     /// Area of the vent times its discharge coefficient.
@@ -44,7 +44,7 @@ pub struct AirbagParams {
     /// Height of the ground, W.
     #[param(unit = "m", default = 0.0)]
     pub ground: f64,
-    /// The world: z of W has to be up in it.
+    /// The world; z of W must be up.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
 }
@@ -60,10 +60,10 @@ pub struct AirbagIn {
 /// Load and gas.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct AirbagOut {
-    /// On the lander at the centre.
+    /// Load on the lander at the centre of the bag.
     #[port(bind = "centre")]
     pub load: Wrench,
-    /// Force of the ground upwards.
+    /// Upward force of the ground.
     #[port("N")]
     pub force: f64,
     /// Pressure of the gas.
@@ -77,7 +77,7 @@ pub struct AirbagOut {
 /// Gas in it.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Gas {
-    /// Mass over that at the start.
+    /// Ratio of the gas mass to that at the start.
     #[port("1")]
     pub share: f64,
 }
@@ -85,29 +85,29 @@ pub struct Gas {
 /// The vent.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Vent {
-    /// It has opened.
+    /// The vent has opened.
     #[port]
     pub open: bool,
 }
 
-/// When it opens.
+/// Guards of the vent and of the flat bag.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Opening {
-    /// Pressure over that at which the vent opens.
+    /// Pressure minus the pressure at which the vent opens.
     #[port("Pa", rising)]
     pub over: f64,
-    /// Depth of the ground in the ball.
+    /// Depth by which the ball is pressed in.
     #[port("m")]
     pub touches: f64,
-    /// Depth of the ground in the ball over that at which the bag is pressed flat.
+    /// Depth minus the depth at which the bag counts as pressed flat.
     #[port("m", rising)]
     pub flat: f64,
 }
 
-/// Place in [`Opening`] of the guard of a bag that is pressed flat.
+/// Index in [`Opening`] of the guard for a bag that is pressed flat.
 const FLAT: usize = 2;
 
-/// Depth over the radius at which the bag is pressed flat; the volume would be 0 at 2.
+/// Ratio of depth to radius at which the bag counts as pressed flat; at 2 its volume would be 0.
 const PRESSED: f64 = 1.8;
 
 /// An airbag.
@@ -116,7 +116,7 @@ pub struct Airbag {
 }
 
 impl Airbag {
-    /// Depth, pressure and area of contact.
+    /// Depth, pressure and contact area.
     fn pressed(&self, share: f64, centre: &NodeState) -> (f64, f64, f64) {
         let p = &self.p;
         let pi = std::f64::consts::PI;
@@ -130,7 +130,7 @@ impl Airbag {
 }
 
 impl Airbag {
-    /// Warning of a bag that is pressed flat.
+    /// Warning for a bag that is pressed flat.
     fn flat(&self, centre: &NodeState) -> BuildError {
         let fact = format!(
             "the bag is pressed flat, to a tenth of its height, at {:.3} m/s downwards",
@@ -141,7 +141,7 @@ impl Airbag {
     }
 }
 
-/// Flow function ψ of a nozzle at a ratio of pressures outside to inside.
+/// Flow function ψ of a nozzle at a ratio of outside to inside pressure.
 pub fn flow_function(ratio: f64, gamma: f64) -> f64 {
     let critical = (2.0 / (gamma + 1.0)).powf(gamma / (gamma - 1.0));
     let r = ratio.clamp(critical, 1.0);
@@ -213,11 +213,10 @@ impl Model for Airbag {
             () if p.pressure - p.ambient >= vent => {
                 "the initial pressure is above the opening pressure of the vent: the vent opens at once"
             }
-            () if p.vent_area <= 0.0 => "the vent has no area: nothing leaves when it opens",
+            () if p.vent_area <= 0.0 => "the vent has no area, so no gas leaves when it opens",
             () => return Vec::new(),
         };
-        let help =
-            "choose `vent` above pressure less ambient, and give `vent_area`, or leave `vent` out";
+        let help = "write a `vent` greater than `pressure` minus `ambient` and a `vent_area`, or remove `vent`";
         vec![BuildError::new(fact).help(help).at("vent")]
     }
     fn handle_event(&self, fired: Fired<'_>, x: &Gas, d: &Vent) -> (Gas, Vent) {

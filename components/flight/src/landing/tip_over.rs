@@ -1,4 +1,4 @@
-//! Whether a lander tips over its leading feet, and what honeycomb takes.
+//! Closed forms for a lander: whether it tips over its leading feet, and the stroke of its honeycomb.
 //! ```text
 //! plastic impact at the edge of the feet, R ahead of and h below the centre of mass:
 //!     ω = m (v_h h − v_v R)/(I + m (h² + R²))
@@ -14,9 +14,9 @@ pub struct Lander {
     pub mass: f64,
     /// Inertia about the centre of mass, across the motion, kg m².
     pub inertia: f64,
-    /// Height of the centre of mass over the feet h, m.
+    /// Height h of the centre of mass above the feet, m.
     pub height: f64,
-    /// Distance of the edge of the feet from below the centre of mass R, m.
+    /// Horizontal distance R from the centre of mass to the line through the leading feet, m.
     pub radius: f64,
 }
 
@@ -26,8 +26,8 @@ impl Lander {
         self.inertia + self.mass * (self.height.powi(2) + self.radius.powi(2))
     }
 
-    /// Energy (J) that is missing until it tips, after an impact at speeds along and down (m/s), under gravity
-    /// (m/s²); negative: it tips.
+    /// Energy (J) that the lander lacks to tip over after an impact with a horizontal and a vertical speed (m/s), under gravity (m/s²); negative: it
+    /// tips over.
     pub fn margin(&self, along: f64, down: f64, gravity: f64) -> f64 {
         let turn = self.mass * (along * self.height - down * self.radius) / self.about_edge();
         let spent = if turn > 0.0 { 0.5 * self.about_edge() * turn * turn } else { 0.0 };
@@ -35,20 +35,20 @@ impl Lander {
         self.mass * gravity * (reach - self.height) - spent
     }
 
-    /// Speed along (m/s) at which it just tips, at a speed down.
+    /// Horizontal speed (m/s) at which it just tips over, for a vertical speed.
     pub fn tipping_speed(&self, down: f64, gravity: f64) -> f64 {
         let reach = self.height.hypot(self.radius);
         let turn = (2.0 * self.mass * gravity * (reach - self.height) / self.about_edge()).sqrt();
         (turn * self.about_edge() / self.mass + down * self.radius) / self.height
     }
 
-    /// Slope (rad) on which it tips at rest.
+    /// Slope (rad) on which it tips over from rest.
     pub fn tipping_slope(&self) -> f64 {
         self.radius.atan2(self.height)
     }
 }
 
-/// Stroke (m) and deceleration (m/s²) of legs of constant force that all touch at once; `None`: they never stop it.
+/// Stroke (m) and deceleration (m/s²) of legs of constant force that all touch down at the same time; `None`: they never stop the lander.
 pub fn crush(mass: f64, speed: f64, gravity: f64, legs: f64, force: f64) -> Option<(f64, f64)> {
     let net = legs * force - mass * gravity;
     (net > 0.0).then(|| (0.5 * mass * speed * speed / net, net / mass))

@@ -153,7 +153,7 @@ pub struct Filling {
 /// Guards of the inflation.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct NextChange {
-    /// Time since the next stage begins or is full, or command over ½.
+    /// Time since the beginning or the complete filling of the next stage, or command minus ½.
     #[port("*", rising)]
     pub since: f64,
     /// Command over ½.
@@ -164,7 +164,7 @@ pub struct NextChange {
     pub inside: f64,
 }
 
-/// Guards by their places in [`NextChange`]; guards after the first one only trigger reports.
+/// Indices of the guards in [`NextChange`]; guards after the first one only trigger reports.
 const SINCE: usize = 0;
 const COMMAND: usize = 1;
 const INSIDE: usize = 2;
@@ -245,10 +245,13 @@ impl Model for Canopy {
             return wrong("stages do not come one after another", "sort them by `after`");
         }
         if p.stages[0].share < p.packed || p.stages.windows(2).any(|w| w[1].share < w[0].share) {
-            return wrong("a stage has a smaller share than the one before", "a canopy only fills");
+            return wrong(
+                "a stage has a smaller share than the one before",
+                "write the shares in ascending order, because a canopy only fills",
+            );
         }
         if p.filling_time.is_none() && p.porosity.is_none() {
-            let fact = "how fast it fills is not written";
+            let fact = "neither `filling_time` nor `porosity` is written, so the filling time is not known";
             let help = "write `filling_time`, or `porosity` in percent for the filling time after Greene: 12.5 for a disk-gap-band canopy";
             return Err(BuildError::new(fact).help(help).at("filling_time"));
         }
@@ -359,23 +362,23 @@ impl Model for Canopy {
         match self.p.start {
             Some(start) if commanded => {
                 let fact = format!(
-                    "it is commanded to open at {t:.6} s, and `start` opens it at {start} s"
+                    "it is commanded to open at {t:.6} s, but `start` already opens it at {start} s"
                 );
                 said(
                     fact,
-                    "leave `start` out, or the wire to `deploy`: the command does nothing",
+                    "the command has no effect: remove `start`, or the wire to `deploy`",
                     "start",
                 )
             }
             // The command that opened the canopy does not count as a second command.
             None if commanded && d.stage > 0.5 && t - d.opened > 1e-6 => {
                 let fact = format!(
-                    "it is commanded to open at {t:.6} s, and is open since {:.6} s",
+                    "it is commanded to open at {t:.6} s, but it has been open since {:.6} s",
                     d.opened
                 );
                 said(
                     fact,
-                    "command it once, or fly another canopy: the command does nothing",
+                    "the command has no effect: command it once, or add another canopy",
                     "start",
                 )
             }
@@ -387,7 +390,7 @@ impl Model for Canopy {
         let late = self.p.start.filter(|s| d.stage < 0.5 && *s < clock.t - 1e-6);
         let told = late.map(|s| {
             BuildError::new(format!(
-                "it should have opened at {s} s and begins at {:.6} s: it opens at once",
+                "`start` is {s} s, but the canopy exists only from {:.6} s on: it opens at once",
                 clock.t
             ))
             .help("write a later `start`, or wire `deploy`")
@@ -439,7 +442,7 @@ mod tests {
         CanopyIn { canopy, deploy: 0.0, gust: Vec3::zeros() }
     }
 
-    /// All events until `t`, as the run would find them.
+    /// Handles all events until `t` in the way a run does.
     fn until(m: &Canopy, t: f64, u: &CanopyIn) -> Filling {
         let mut d = Filling::zero();
         for k in 0..=(t * 1000.0) as usize {
@@ -565,7 +568,7 @@ mod tests {
         assert!(open.stage == 1.0 && tells(&m, open.opened, COMMAND, &open, &slow).is_none());
         let told = tells(&m, 5.0, COMMAND, &open, &slow).unwrap();
         assert!(
-            told.message.contains("open at 5.000000 s, and is open since 0.000000 s"),
+            told.message.contains("open at 5.000000 s, but it has been open since 0.000000 s"),
             "{}",
             told.message
         );
@@ -573,7 +576,7 @@ mod tests {
         timed.start = Some(2.0);
         let timed = Canopy::build(timed).unwrap();
         let told = tells(&timed, 1.0, COMMAND, &Filling::zero(), &slow).unwrap();
-        assert!(told.message.contains("`start` opens it at 2 s") && told.help.is_some());
+        assert!(told.message.contains("`start` already opens it at 2 s") && told.help.is_some());
         let inside = |d: &Filling, u: &CanopyIn| m.guards(&at(5.0), d, u).inside;
         assert!(
             (inside(&open, &slow) - 10.0 / 15.0).abs() < 1e-9

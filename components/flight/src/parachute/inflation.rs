@@ -1,4 +1,4 @@
-//! How a canopy fills, and closed forms of it.
+//! Inflation of a canopy, and closed forms for it.
 //! ```text
 //! share of the area   f = f₀ + (f₁ − f₀) τⁿ,  τ = (t − t₀)/t_f in 0 … 1     n: 1 ribbon, 2–3 disk-gap-band, solid
 //! filling time        t_f = 0.65 λ D₀/V       λ: geometric porosity in %, V: speed at line stretch (Greene)
@@ -33,7 +33,7 @@ pub const DISK_GAP_BAND: [[f64; 2]; 20] = [
     [2.6, 0.62],
 ];
 
-/// Share of the full drag area at `tau` of the filling, from `from` to `to`; and its derivative by τ.
+/// Fraction of the full drag area, between `from` and `to`, at the fraction `tau` of the filling time, and its derivative with respect to τ.
 pub fn share(from: f64, to: f64, tau: f64, exponent: f64) -> (f64, f64) {
     let t = tau.clamp(0.0, 1.0);
     let slope = if tau > 0.0 && tau < 1.0 { exponent * t.powf(exponent - 1.0) } else { 0.0 };
@@ -45,12 +45,12 @@ pub fn filling_time(porosity: f64, diameter: f64, speed: f64) -> f64 {
     0.65 * porosity * diameter / speed
 }
 
-/// Speed (m/s) at which drag carries the weight.
+/// Speed (m/s) at which drag equals the weight.
 pub fn terminal_speed(mass: f64, gravity: f64, density: f64, drag_area: f64) -> f64 {
     (2.0 * mass * gravity / (density * drag_area)).sqrt()
 }
 
-/// A canopy that fills in front of a body of finite mass, without gravity.
+/// Inflation of a canopy on a body of finite mass, without gravity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FiniteMass {
     /// Mass of all, kg.
@@ -68,7 +68,7 @@ pub struct FiniteMass {
 }
 
 impl FiniteMass {
-    /// Ballistic parameter A: large is an infinite mass.
+    /// Ballistic parameter A; large values approach the case of infinite mass.
     pub fn ballistic(&self) -> f64 {
         2.0 * self.mass / (self.density * self.drag_area * self.speed * self.filling)
     }
@@ -92,10 +92,10 @@ impl FiniteMass {
     }
 }
 
-/// Frequencies ω (rad/s), lower first, of a body that hangs on a line in uniform flow: wrist and pendulum mode.
+/// Frequencies ω (rad/s), lower first, of a body on a line in uniform flow: wrist mode and pendulum mode.
 ///
-/// `tension` of the line, `length` of it, `mass` and `inertia` about the centre of mass, `arm` from there
-/// to the line's end.
+/// `tension` and `length` of the line; `mass` of the body, its `inertia` about the centre of mass, and the `arm` from the centre of mass to the end
+/// of the line.
 pub fn wrist_modes(tension: f64, length: f64, mass: f64, inertia: f64, arm: f64) -> [f64; 2] {
     let sum = tension * arm / inertia * (1.0 + arm / length) + tension / (mass * length);
     let product = tension * tension * arm / (inertia * mass * length);

@@ -1,20 +1,20 @@
-//! `flight.line_twist`: suspension lines that wind up when canopy and payload turn against each other.
+//! `flight.line_twist`: suspension lines that twist when canopy and payload rotate relative to each other.
 //! ```text
 //! φ̇ = (ω_b − ω_a) · n                 n: from a to b; φ: the twist, whole turns included
 //! h² = l² − r_a² − r_b² + 2 r_a r_b cos φ        axial distance of the two rings of attachment
 //! τ  = T r_a r_b sin φ/h              along n on a, against n on b;  − c φ̇
 //! ```
 //! Lines of length l run between a ring of radius r_a on the payload and one of r_b on the canopy (a bifilar suspension of many
-//! lines); T is the axial load, −T dh/dφ = τ: what winds up lifts the payload. Beyond half a turn the lines lie on each other and give no
-//! more torque than friction: τ is zero there until the twist is less again (`wound`). The load and the change of length
-//! along the line are those of `flight.line` or `flight.riser`; this is the torque alone. Where φ begins is `twist`.
+//! lines); T is the axial load, −T dh/dφ = τ: twisting the lines lifts the payload. Beyond half a turn the lines lie on each other (`wound`) and
+//! transmit no torque except friction: τ is zero until the twist decreases below half a turn. This model gives the torque only; `flight.line` or
+//! `flight.riser` gives the axial load and the change of length. Where φ begins is `twist`.
 
 use linkwork_runtime::prelude::*;
 
 /// Rings and lines.
 #[derive(Params, Clone, Debug)]
 pub struct LineTwistParams {
-    /// Length of a line, above the two radii together.
+    /// Length of a line; greater than the sum of the two radii.
     #[param(unit = "m")]
     pub length: f64,
     /// Radius of the ring on the payload.
@@ -48,16 +48,16 @@ pub struct LineTwistIn {
 /// Torques and twist.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct LineTwistOut {
-    /// On the payload.
+    /// Load on the payload.
     #[port(bind = "a")]
     pub on_a: Wrench,
-    /// On the canopy.
+    /// Load on the canopy.
     #[port(bind = "b")]
     pub on_b: Wrench,
     /// Torque along the lines, on the payload.
     #[port("N m")]
     pub torque: f64,
-    /// How far the lines are shorter than without twist, along their axis.
+    /// Shortening of the lines along their axis, caused by the twist.
     #[port("m")]
     pub shortening: f64,
 }
@@ -65,7 +65,7 @@ pub struct LineTwistOut {
 /// The twist as an output.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct TwistOut {
-    /// How far the canopy has turned against the payload.
+    /// Angle between canopy and payload about the axis of the lines.
     #[port("rad")]
     pub angle: f64,
     /// The lines lie on each other.
@@ -76,15 +76,15 @@ pub struct TwistOut {
 /// The twist.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Twist {
-    /// How far the canopy has turned against the payload.
+    /// Rotation of the canopy relative to the payload.
     #[port("rad")]
     pub angle: f64,
 }
 
-/// Whether lines lie on each other.
+/// Contact of the lines with each other.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Wound {
-    /// They do.
+    /// The lines lie on each other.
     #[port]
     pub wound: bool,
 }
@@ -97,7 +97,7 @@ pub struct HalfTurn {
     pub beyond: f64,
 }
 
-/// Lines that wind up.
+/// Suspension lines that twist.
 pub struct LineTwist {
     p: LineTwistParams,
 }

@@ -5,8 +5,8 @@
 //! throttle = (p/p₀)^n          what it does to engines: thrust over that at the start
 //! ```
 //! γ 1: slow, the walls keep the gas warm; 1.4 (nitrogen), 1.67 (helium): fast. The volume of the propellant comes from the
-//! `flight.propellant_tank` that the gas empties, also that at the start of the run, or of the phase that brings this part: `pressure` and
-//! `ullage` belong to that instant. The throttle goes to the engines of the tank.
+//! `flight.propellant_tank` that the gas empties, also at the start of the run or of the phase that adds this part: `pressure` and `ullage` are the
+//! values at that instant. Wire the throttle to the engines of the tank.
 
 use linkwork_runtime::prelude::*;
 
@@ -22,50 +22,50 @@ pub struct BlowDownParams {
     /// Exponent of the gas γ.
     #[param(default = 1.0, range = 1.0..=2.0)]
     pub exponent: f64,
-    /// Exponent n of thrust over pressure.
+    /// Exponent n of the thrust as a function of pressure.
     #[param(default = 1.0, range = 0.0..=2.0)]
     pub thrust_exponent: f64,
 }
 
-/// What is left.
+/// Remaining propellant.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BlowDownIn {
-    /// Volume of the propellant that is left: `volume` of its tank.
+    /// Volume of the remaining propellant: `volume` of its tank.
     #[port("m^3")]
     pub volume: f64,
 }
 
-/// Pressure and what it does.
+/// Pressure and its effect on the thrust.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BlowDownOut {
     /// Pressure of the gas.
     #[port("Pa")]
     pub pressure: f64,
-    /// Thrust over that at the start.
+    /// Ratio of the thrust to that at the start.
     #[port("1")]
     pub throttle: f64,
 }
 
-/// The propellant at the start.
+/// Propellant volume at the start.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Filled {
-    /// Volume of the propellant when this began.
+    /// Volume of the propellant when the part began.
     #[port("m^3")]
     pub volume: f64,
-    /// It has begun.
+    /// The part has begun.
     #[port]
     pub begun: bool,
 }
 
-/// The end of the gas.
+/// Guard of the least gas volume.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Squeezed {
-    /// Volume of the propellant over that at which a thousandth of the gas volume is left.
+    /// Volume of the propellant minus the volume at which only a thousandth of the gas volume remains.
     #[port("m^3", rising)]
     pub full: f64,
 }
 
-/// Least volume of the gas, as a share of that at the start.
+/// Least volume of the gas as a fraction of the volume at the start.
 const LEAST: f64 = 1e-3;
 
 /// A tank that blows down.
@@ -73,7 +73,7 @@ pub struct BlowDown {
     p: BlowDownParams,
 }
 
-/// Pressure of a tank that blows down, and the throttle that it means for engines.
+/// Pressure of a tank that blows down, and the throttle of engines that corresponds to it.
 #[model("flight.blow_down")]
 impl Model for BlowDown {
     const MODES: bool = true;
@@ -102,7 +102,7 @@ impl Model for BlowDown {
     }
     fn runtime_warning(&self, d: &Filled) -> Option<BuildError> {
         let fact = format!(
-            "the tank is filled beyond the {} m³ of propellant and {} m³ of gas with which it began",
+            "the tank contains more than its volume, which is {} m³ of propellant and {} m³ of gas at the start",
             d.volume, self.p.ullage
         );
         let help = "write a larger `ullage`, or end the flow into the tank earlier";

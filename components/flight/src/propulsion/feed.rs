@@ -6,18 +6,18 @@
 //! The outflow of a drain leaves at the velocity of the body and gives no thrust.
 use linkwork_runtime::prelude::*;
 
-/// What is drawn.
+/// Drawn flow.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct IdealFeedIn {
-    /// Where engines are connected.
+    /// Connection for engines.
     #[port(connector)]
     pub outlet: MassFlows,
 }
 
-/// Propellant, and how much of it has been drawn.
+/// Connection to the propellant, and the amount drawn.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct IdealFeedOut {
-    /// Where engines are connected.
+    /// Connection for engines.
     #[port(connector)]
     pub outlet: Propellant,
     /// Propellant drawn since the start.
@@ -25,7 +25,7 @@ pub struct IdealFeedOut {
     pub drawn: f64,
 }
 
-/// What has been drawn.
+/// Drawn propellant.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Delivered {
     /// Propellant drawn since the start.
@@ -36,7 +36,7 @@ pub struct Delivered {
 /// Propellant without a tank.
 pub struct IdealFeed;
 
-/// Ideal feed: propellant that never ends and that no body carries; counts what is drawn.
+/// Ideal feed: unlimited propellant without mass in any body; measures the amount drawn.
 #[model("flight.ideal_feed")]
 impl Model for IdealFeed {
     type Inputs = IdealFeedIn;
@@ -56,10 +56,10 @@ impl Model for IdealFeed {
 /// Command and tank.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct DrainIn {
-    /// Outflow that is wanted; negative: inflow, as when a tank is filled.
+    /// Commanded outflow; negative: inflow, for example when a tank is filled.
     #[port("kg/s")]
     pub flow: f64,
-    /// What is drained.
+    /// Connection to the drained tank.
     #[port(connector)]
     pub tank: Propellant,
 }
@@ -67,7 +67,7 @@ pub struct DrainIn {
 /// Outflow.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct DrainOut {
-    /// What is drained.
+    /// Connection to the drained tank.
     #[port(connector)]
     pub tank: MassFlow,
 }

@@ -1,4 +1,4 @@
-//! `flight.feed_line`: propellant goes through a line from one tank to another, driven by pressure and by height.
+//! `flight.feed_line`: propellant flows through a line from one tank to another, driven by pressure and height.
 //! ```text
 //! Δp = p_a − p_b + ρ a (z_a + h_a − z_b − h_b)         a: specific force along the tanks' axis; h: level; z: bottom
 //! f  = K √(ρ |Δp|) sign Δp                             K = C_d A √2;  straight within |Δp| < `smooth`
@@ -6,43 +6,43 @@
 //! d  = s_b − s_a                                       s: surface of the propellant in a tank, W
 //! momentum of what flows: w d                          force on the tanks' bodies: −ẇ d − w ḋ − ṁ (v_b − v_a), half at each surface
 //! ```
-//! Positive from a to b. The connectors take ṁ from the one tank and −ṁ from the other, so that no propellant is lost. A tank
-//! that has run dry gives nothing and can be filled; with a check valve nothing goes back to a. Shut, nothing flows.
+//! Positive from a to b. The connectors take ṁ from the one tank and −ṁ from the other, so that no propellant is lost. An empty tank supplies no
+//! propellant, but can be filled; with a check valve, propellant does not flow back to a. Shut, nothing flows.
 //!
-//! Propellant that moves within a vehicle pushes the vehicle the other way, and takes part in its rotation (Coriolis). A tank alone
-//! cannot account for that: its mass leaves at the velocity of the tank, and enters the other one at the velocity of that. The line knows both ends and
-//! exerts the difference, so that momentum and centre of mass of the whole remain as without a line. The liquid reaches its speed, and comes to
-//! rest behind a closing valve, within a few τ (`inertia_time`); a fixed step of the integrator has to be shorter than 2 τ. Where a tank runs dry the flow ends at
-//! once, and the momentum is given back within a few τ. Spreading over the surface of a tank is not accounted for:
-//! angular momentum about the tanks' own axes is kept for tanks of equal radius.
-//! Two equal tanks without pressure level out in a time that has a closed form: √Δh falls in a straight line.
+//! Propellant that moves within a vehicle pushes the vehicle the other way, and takes part in its rotation (Coriolis). The tank models alone do not
+//! include this effect: mass leaves one tank at the velocity of that tank, and enters the other at the velocity of the other. The line knows both
+//! ends and exerts the missing forces, so that momentum and centre of mass of the whole vehicle are conserved. The liquid reaches its speed, and
+//! comes to rest behind a closing valve, within a few τ (`inertia_time`); a fixed step of the integrator has to be shorter than 2 τ. If a tank runs
+//! dry, the flow ends at once, and its momentum is returned within a few τ. The motion of liquid that spreads over the cross-section of a tank is not
+//! modelled, so angular momentum about the axes of the tanks is conserved only if the tanks have equal radii. For two equal tanks without pressure
+//! there is a closed form: √Δh decreases linearly with time.
 
 use linkwork_runtime::prelude::*;
 
 /// Line and liquid.
 #[derive(Params, Clone, Debug)]
 pub struct FeedLineParams {
-    /// Open area times its discharge coefficient, C_d A.
+    /// Open area times discharge coefficient, C_d A.
     #[param(unit = "m^2", range = 0.0..)]
     pub area: f64,
     /// Density of the propellant.
     #[param(unit = "kg/m^3", default = 1000.0, range = 1e-3..)]
     pub density: f64,
-    /// Height of the bottom of tank a over that of tank b, along the thrust.
+    /// Height of the bottom of tank a above the bottom of tank b, along the thrust.
     #[param(unit = "m", default = 0.0)]
     pub height: f64,
-    /// Pressure difference below which the flow is straight in it: a root has no slope at zero.
+    /// Pressure difference below which the flow is linear in it, because the square root has an infinite slope at zero.
     #[param(unit = "Pa", default = 10.0, range = 1e-6..)]
     pub smooth: f64,
-    /// Nothing goes back from b to a.
+    /// Propellant does not flow back from b to a.
     #[param(default = false)]
     pub check_valve: bool,
-    /// Time constant τ with which the flow follows what drives it.
+    /// Time constant τ with which the flow follows the pressure difference.
     #[param(unit = "s", default = 0.1, range = 1e-6..)]
     pub inertia_time: f64,
 }
 
-/// The tanks, and what presses.
+/// Tanks, and pressures that drive the flow.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct FeedLineIn {
     /// Bottom of tank a, its z towards the surface.
@@ -72,12 +72,12 @@ pub struct FeedLineIn {
     /// Outlet of tank b.
     #[port(connector)]
     pub tank_b: Propellant,
-    /// How far the valve is open, 0 to 1.
+    /// Opening of the valve, 0 to 1.
     #[port("1", default = 1.0)]
     pub open: f64,
 }
 
-/// What flows, and what it does to the bodies of the tanks.
+/// Flow, and the loads on the bodies of the tanks.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct FeedLineOut {
     /// Force of the moving liquid at tank a.
@@ -92,7 +92,7 @@ pub struct FeedLineOut {
     /// Flow out of tank b: the negative of the flow out of a.
     #[port(connector)]
     pub tank_b: MassFlow,
-    /// What drives it.
+    /// Pressure difference that drives the flow.
     #[port("Pa")]
     pub difference: f64,
 }
@@ -145,7 +145,7 @@ impl FeedLine {
     }
 }
 
-/// A surface at `level` (m) over a tank's bottom: from the bottom to it, and its velocity as a point of the tank, W.
+/// Returns the vector from the bottom of a tank to the surface at `level` (m), and the velocity of that point of the tank, W.
 fn surface(bottom: &NodeState, level: f64) -> (Vec3, Vec3) {
     let arm = bottom.rotation * Vec3::z() * level;
     (arm, bottom.velocity + bottom.angular.cross(&arm))
@@ -218,7 +218,7 @@ mod tests {
         }
     }
 
-    /// The flow that has become steady.
+    /// Steady flow.
     fn flow(line: &FeedLine, u: &FeedLineIn) -> f64 {
         let (moving, _) = line.steady(u);
         let x = UnderWay { moving, level_a: u.level_a, level_b: u.level_b };

@@ -1,13 +1,13 @@
-//! `flight.held_thruster`: a switched thruster whose pulse is spread over the sample of what switches it.
+//! `flight.held_thruster`: a switched thruster whose pulse is averaged over the sample of the part that switches it.
 //! ```text
 //! F = s (T − p A_e) z at the node, not below 0     s: share of the sample for which the valve is open, held over the sample; z: against the jet
 //! I = ∫ s T dt,   ṁ = s T/(I_sp g₀)                a pulse of width w in samples of Δ: s = w/Δ, I = T w
 //! ```
 //! T is the thrust in vacuum, p the ambient pressure on the exit A_e of the nozzle.
-//! That is the impulse of a pulse of `flight.thruster` whose two ramps and two dead times are equal; the force comes earlier than that of the
-//! pulse, by the dead time and the time constant of the ramps. A sample begins and ends at rows, so there are no events, and no ramps
-//! that an integrator has to resolve: for campaigns, where a sample is short against how fast the vehicle turns.
-//! Ports are those of `flight.thruster` but `pulses`. A command of 0 or 1, as `control.jet_selection` gives it, is a whole sample.
+//! This is the impulse of a pulse of `flight.thruster` with two equal ramps and two equal dead times; the force comes earlier than that of the
+//! pulse, by the dead time and the time constant of the ramps. A sample begins and ends at rows, so there are no events and no ramps that an
+//! integrator has to resolve. Use it for campaigns in which a sample is short compared with the rotation of the vehicle. Ports are those of
+//! `flight.thruster` without `pulses`. A command of 0 or 1, as `control.jet_selection` gives it, stands for a whole sample.
 
 use super::thruster::{ThrusterIn, ThrusterOut};
 use crate::engine::nozzle_thrust;
@@ -30,7 +30,7 @@ pub struct HeldThrusterParams {
     pub exit_area: f64,
 }
 
-/// What it has done.
+/// Accumulated impulse.
 #[derive(State, Clone, Copy, Debug)]
 pub struct ImpulseState {
     /// Impulse so far.
@@ -38,10 +38,10 @@ pub struct ImpulseState {
     pub done: f64,
 }
 
-/// What it has done.
+/// Accumulated impulse.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ImpulseOut {
-    /// Impulse so far, as in vacuum.
+    /// Impulse so far, as it would be in vacuum.
     #[port("N s")]
     pub impulse: f64,
 }
@@ -52,13 +52,13 @@ pub struct HeldThruster {
 }
 
 impl HeldThruster {
-    /// Share of the sample for which it pushes.
+    /// Fraction of the sample during which the thruster is on.
     fn share(u: &ThrusterIn) -> f64 {
         if u.propellant.available { u.command.clamp(0.0, 1.0) } else { 0.0 }
     }
 }
 
-/// A switched thruster as its mean force over each sample of its command, without events.
+/// A switched thruster with its mean force over each sample of its command, without events.
 #[model("flight.held_thruster")]
 impl Model for HeldThruster {
     type Params = HeldThrusterParams;

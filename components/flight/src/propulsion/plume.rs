@@ -1,11 +1,12 @@
-//! `flight.plume`: the plume of an engine presses on flat panels of a body.
+//! `flight.plume`: pressure of the plume of an engine on flat panels of a body.
 //! ```text
 //! m(r, θ) = T (n + 2)/(2 π r²) cosⁿ θ        flux of momentum (Pa) at the distance r from the nozzle, θ from the plume's axis (θ < 90°)
 //! F_k = −m A cos i [(1 − σ) 2 cos i n̂ + σ (−ê)]   cos i = −ê · n̂ > 0, ê: from the nozzle to the panel        M = Σ c_k × F_k
 //! ```
-//! The far field of Roberts (1964) and Simons: gas that goes straight away from the nozzle into vacuum, with all of the thrust T in it:
-//! ∫ m cos θ dA = T. n = γ (γ − 1) M_e² for the Mach number M_e at the exit, some 5 to 15. σ = 1: what hits stays (thermal speeds are
-//! small beside the plume's); σ = 0: it is mirrored, twice Newton's pressure head on. No panel shades another, and what is reflected hits nothing.
+//! The far field of Roberts (1964) and Simons: the gas moves away from the nozzle in straight lines into vacuum and carries the whole thrust T:
+//! ∫ m cos θ dA = T. n = γ (γ − 1) M_e² for the Mach number M_e at the exit, some 5 to 15. σ = 1: the gas is absorbed (thermal speeds are
+//! small beside the plume's); σ = 0: it is reflected specularly, twice Newton's pressure head on. Panels do not shade each other, and reflected gas
+//! hits no other panel.
 
 use crate::aerodynamics::panels::Panel;
 use linkwork_runtime::prelude::*;
@@ -14,18 +15,18 @@ use std::f64::consts::PI;
 /// Plume and panels.
 #[derive(Params, Clone, Debug)]
 pub struct PlumeParams {
-    /// Panels of the body that is hit.
+    /// Panels of the body in the plume.
     pub panels: Vec<Panel>,
     /// Exponent n of the plume.
     #[param(default = 8.0, range = 0.0..=200.0)]
     pub exponent: f64,
-    /// Share σ of momentum along the panel and the head-on part that stays.
+    /// Fraction σ of the gas that is absorbed; the rest is reflected specularly.
     #[param(default = 1.0, range = 0.0..=1.0)]
     pub accommodation: f64,
     /// Direction of the gas, in the axes of the nozzle's node; thrusters push along +z.
     #[param(default = Vec3::new(0.0, 0.0, -1.0))]
     pub axis: Vec3,
-    /// Nearer than this the flux grows no further: some radii of the exit.
+    /// Distance below which the flux does not increase further: some radii of the exit.
     #[param(unit = "m", default = 0.05, range = 1e-4..)]
     pub near: f64,
 }
@@ -36,7 +37,7 @@ pub struct PlumeIn {
     /// Node of the nozzle.
     #[port(bind = "nozzle")]
     pub nozzle: NodeState,
-    /// The body that may be hit: node with the panels' axes.
+    /// Node of the body in the plume, with the axes of the panels.
     #[port(bind = "body")]
     pub body: NodeState,
     /// Thrust now.
@@ -47,7 +48,7 @@ pub struct PlumeIn {
 /// Load.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct PlumeOut {
-    /// On the body at its node.
+    /// Load on the body at its node.
     #[port(bind = "body")]
     pub load: Wrench,
     /// Size of the force.
@@ -63,7 +64,7 @@ pub struct Plume {
     p: PlumeParams,
 }
 
-/// Flux of momentum over the thrust, 1/m², at a place from the nozzle (m) for a plume along a unit vector.
+/// Ratio of momentum flux to thrust, 1/m², at a position relative to the nozzle (m), for a plume along a unit vector.
 pub fn flux(place: &Vec3, axis: &Vec3, exponent: f64, near: f64) -> f64 {
     let r = place.norm();
     let cosine = if r > 0.0 { place.dot(axis) / r } else { 1.0 };
@@ -142,7 +143,7 @@ mod tests {
         PlumeIn { nozzle: body, body, thrust: 40.0 }
     }
 
-    /// A half ball of panels that look at the nozzle catches the whole thrust.
+    /// A hemisphere of panels that face the nozzle receives the whole thrust.
     #[test]
     fn all_of_the_thrust_is_in_the_plume() {
         let (n, radius) = (200, 5.0);

@@ -1,4 +1,4 @@
-//! Propellant that sloshes in an upright cylinder: its first mode as a pendulum or a spring.
+//! First slosh mode of propellant in an upright cylinder, as a pendulum or a mass on a spring.
 //! ```text
 //! k = 1.841184 (first zero of J₁′)     κ = k h/R
 //! ω² = (k a/R) tanh κ                  a: acceleration along the axis
@@ -40,13 +40,13 @@ impl Slosh {
         self.mass * 2.0 * self.depth() / (kappa * (K * K - 1.0))
     }
 
-    /// Height of the mass on a spring over the flat bottom, m: there, the spring's force and the weight of the displaced mass
-    /// have the moment of the pressure on wall and bottom.
+    /// Height of the mass on a spring above the flat bottom, m: at this height spring force and weight of the displaced mass have the same moment as
+    /// the pressure on wall and bottom.
     pub fn attachment(&self) -> f64 {
         self.height - 2.0 * self.radius / K * (0.5 * K * self.height / self.radius).tanh()
     }
 
-    /// ω² over the acceleration, 1/m: one over the length of the pendulum.
+    /// Ratio of ω² to the acceleration, 1/m: the reciprocal of the length of the pendulum.
     pub fn per_acceleration(&self) -> f64 {
         K / self.radius * self.depth()
     }
@@ -61,13 +61,13 @@ impl Slosh {
         self.swinging() * self.frequency(acceleration).powi(2)
     }
 
-    /// Damping of the spring (N s/m) for a share ζ of the critical one.
+    /// Damping coefficient of the spring (N s/m) for a damping ratio ζ.
     pub fn damping(&self, acceleration: f64, zeta: f64) -> f64 {
         2.0 * zeta * self.frequency(acceleration) * self.swinging()
     }
 }
 
-/// Frequency (Hz) of a pendulum of a length (m) under an acceleration (m/s²).
+/// Frequency (Hz) of a pendulum with a length (m) under an acceleration (m/s²).
 pub fn pendulum_frequency(length: f64, acceleration: f64) -> f64 {
     (acceleration / length).sqrt() / (2.0 * std::f64::consts::PI)
 }
@@ -100,8 +100,8 @@ mod tests {
         assert!(shallow.swinging() < 1.0);
     }
 
-    /// The pressure of the first mode, p ∝ J₁(k r/R) cosh(k z/R) cos θ, summed over wall and bottom by quadrature: its moment
-    /// over its force is h₁ + L, L for the weight of the mass that has gone aside.
+    /// The pressure of the first mode, p ∝ J₁(k r/R) cosh(k z/R) cos θ, integrated over wall and bottom by quadrature: the ratio of its moment to its
+    /// force is h₁ + L, where L is due to the weight of the displaced mass.
     #[test]
     fn the_height_of_the_mass_is_that_of_the_pressure() {
         // Evaluate J₁ by its series.

@@ -1,11 +1,11 @@
-//! `flight.solid_motor`: a motor whose thrust follows a curve once it is lit.
+//! `flight.solid_motor`: a solid rocket motor whose thrust follows a curve after ignition.
 //! ```text
 //! T = max(0, T_curve(t − t₀) − p A_e)  while it burns        ṁ = T_curve/(I_sp g₀)
 //! burnt so far   ∫ T_curve dt/(I_sp g₀)
 //! ```
 //! For steps of fixed methods T is the mean of max(0, …) over the step.
-//! It burns to the end of its curve for every command. Ignition, every row of the curve and the end
-//! are events. Its flow goes to a `flight.propellant_tank` or to whatever else has its mass.
+//! It burns to the end of its curve, whatever the command is. Ignition, every row of the curve and the end
+//! are events. Connect its flow to a `flight.propellant_tank` or to another part that represents its mass.
 
 use crate::table::Curve;
 use linkwork_runtime::prelude::*;
@@ -24,7 +24,7 @@ pub struct SolidMotorParams {
     /// Area of the nozzle's exit, on which the ambient pressure acts.
     #[param(unit = "m^2", default = 0.0, range = 0.0..)]
     pub exit_area: f64,
-    /// When it is lit; default: where the input `ignite` is at ½ or above, also from the start.
+    /// Time of ignition; default: when the input `ignite` is at ½ or above, also at the start.
     #[param(unit = "s")]
     pub start: Option<f64>,
 }
@@ -32,10 +32,10 @@ pub struct SolidMotorParams {
 /// Node, command and air.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct MotorIn {
-    /// The nozzle; z is against the jet.
+    /// The nozzle; z is opposite to the jet.
     #[port(bind = "nozzle")]
     pub nozzle: NodeState,
-    /// Lights it where it is at ½ or above, unless `start` says when.
+    /// Ignition command: the motor ignites at ½ or above, unless `start` is written.
     #[port("1", default = 0.0)]
     pub ignite: f64,
     /// Ambient pressure.
@@ -46,7 +46,7 @@ pub struct MotorIn {
 /// Load and flow.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct MotorOut {
-    /// On the body.
+    /// Load on the body.
     #[port(bind = "nozzle")]
     pub load: Wrench,
     /// Thrust.
@@ -60,13 +60,13 @@ pub struct MotorOut {
     pub burnt: f64,
 }
 
-/// How far it has burnt.
+/// Progress of the burn.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Burn {
     /// Rows of the curve that have been passed; 0: not lit.
     #[port("1")]
     pub rows: f64,
-    /// When it was lit.
+    /// Time of ignition.
     #[port("s")]
     pub lit: f64,
 }
@@ -74,12 +74,12 @@ pub struct Burn {
 /// The next row.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct NextRow {
-    /// Time since the next row of the curve, or command over ½.
+    /// Time since the next row of the curve, or command minus ½.
     #[port("*", rising)]
     pub since: f64,
 }
 
-/// Mean of max(0, y) where y goes linearly from `a` to `b`. NaN stays NaN.
+/// Returns the mean of max(0, y) for a y that changes linearly from `a` to `b`. NaN stays NaN.
 fn mean_above(a: f64, b: f64) -> f64 {
     match () {
         () if a <= 0.0 && b <= 0.0 => 0.0,
@@ -97,7 +97,7 @@ pub struct SolidMotor {
     curve: Curve,
 }
 
-/// A solid rocket motor by its thrust curve.
+/// A solid rocket motor with a thrust curve.
 #[model("flight.solid_motor")]
 impl Model for SolidMotor {
     const AVERAGES: bool = true;
@@ -110,10 +110,13 @@ impl Model for SolidMotor {
         let curve = Curve::new(&p.curve, "curve")?;
         let wrong = |fact: &str, help: &str| Err(BuildError::new(fact).help(help).at("curve"));
         if p.curve[0][0] != 0.0 || p.curve.len() < 2 {
-            return wrong("a curve goes from ignition on", "begin with [0, …] and write two rows");
+            return wrong(
+                "the curve must begin at ignition (t = 0) and have at least two rows",
+                "write [0, …] as the first row, and at least one more",
+            );
         }
         if p.curve.iter().any(|r| !(r[1] >= 0.0)) {
-            return wrong("a thrust is negative", "write numbers from 0 up");
+            return wrong("a thrust is negative", "write values of 0 or more");
         }
         Ok(SolidMotor { p, curve })
     }
@@ -169,13 +172,13 @@ impl Model for SolidMotor {
         let fact = match self.p.start {
             Some(s) if waits && s < clock.t - 1e-6 => {
                 format!(
-                    "it should be lit at {s} s and begins at {:.6} s: it is lit at once",
+                    "its ignition is at {s} s, but the motor exists only from {:.6} s on: it is lit at once",
                     clock.t
                 )
             }
             _ => return Vec::new(),
         };
-        let help = "write a later `start`, or 0 where it is lit at the start of the run";
+        let help = "write a later `start`, or 0 if it is lit at the start of the run";
         vec![BuildError::new(fact).help(help).at("start")]
     }
 }

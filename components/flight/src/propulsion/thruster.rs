@@ -1,4 +1,4 @@
-//! `flight.thruster`: a small engine that is switched, with dead time and ramps.
+//! `flight.thruster`: a small engine that is switched on and off, with dead time and ramps.
 //! ```text
 //! command > ½ at t     → valve opens at t + t_d,on      command < ½ → closes at t + t_d,off
 //! a = a₁ + (a₀ − a₁) e^(−(t − t₀)/τ)                     share of the thrust: a₁ = 1, τ = τ_up while open,
@@ -6,7 +6,7 @@
 //! F = max(0, a T − p A_e) z at the node (z: against the jet);   ṁ = a T/(I_sp g₀)
 //! ```
 //! T is the thrust in vacuum; the ambient pressure p acts on the exit A_e of the nozzle while it has a jet that fills it.
-//! The ramps are followed exactly: they are no states, and ask for no short steps of an integrator.
+//! The ramps are closed forms and not states, so they need no short steps of an integrator.
 //! A pulse of width w gives the impulse T (w + (τ_down − τ_up)(1 − e^(−w/τ_up))), w counted at the valve.
 //! One opening and one closing may be under way at a time: a second command of the same kind within the
 //! dead time is taken for the first. Commands and the valve's changes are events.
@@ -49,10 +49,10 @@ pub struct ThrusterIn {
     /// The nozzle; z is against the jet.
     #[port(bind = "nozzle")]
     pub nozzle: NodeState,
-    /// On above ½.
+    /// Command: the thruster is on above ½.
     #[port("1", default = 0.0)]
     pub command: f64,
-    /// Where the propellant comes from.
+    /// Connection to the source of the propellant.
     #[port(connector)]
     pub propellant: Propellant,
     /// Ambient pressure.
@@ -63,7 +63,7 @@ pub struct ThrusterIn {
 /// Load and flow.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThrusterOut {
-    /// On the body.
+    /// Load on the body.
     #[port(bind = "nozzle")]
     pub load: Wrench,
     /// Thrust.
@@ -74,13 +74,13 @@ pub struct ThrusterOut {
     pub propellant: MassFlow,
 }
 
-/// What it has done.
+/// Record of the firings.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct FiringRecord {
     /// Impulse so far, as in vacuum.
     #[port("N s")]
     pub impulse: f64,
-    /// Times that the valve has opened.
+    /// Number of openings of the valve.
     #[port("1")]
     pub pulses: f64,
 }
@@ -88,59 +88,59 @@ pub struct FiringRecord {
 /// The valve.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Valve {
-    /// It is open.
+    /// The valve is open.
     #[port]
     pub open: bool,
-    /// When it opens; infinite is 1e30: no opening is under way.
+    /// Time at which the valve opens; 1e30: no opening is under way.
     #[port("s")]
     pub opens: f64,
-    /// When it closes, in the same way.
+    /// Time at which the valve closes; 1e30: no closing is under way.
     #[port("s")]
     pub closes: f64,
-    /// Times that it has opened.
+    /// Number of openings.
     #[port("1")]
     pub pulses: f64,
-    /// The last change of valve or supply.
+    /// Time of the last change of valve or supply.
     #[port("s")]
     pub since: f64,
-    /// Share of the thrust then.
+    /// Fraction of the thrust at that time.
     #[port("1")]
     pub share: f64,
-    /// Impulse until then.
+    /// Impulse until that time.
     #[port("N s")]
     pub impulse: f64,
-    /// There was propellant then.
+    /// Propellant was available at that time.
     #[port]
     pub fed: bool,
 }
 
-/// What changes it.
+/// Guards of valve and supply.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Switching {
-    /// Command over ½, to open. At ½ itself it is to open.
+    /// Command minus ½, to open. A command of exactly ½ opens it.
     #[port("1", rising)]
     pub on: f64,
-    /// The same, to close.
+    /// Command minus ½, to close.
     #[port("1", falling)]
     pub off: f64,
-    /// Time since it is to open.
+    /// Time since the valve opens; negative before.
     #[port("s", rising)]
     pub opens: f64,
-    /// Time since it is to close.
+    /// Time since the valve closes; negative before.
     #[port("s", rising)]
     pub closes: f64,
-    /// Above zero with propellant, below without.
+    /// Positive with propellant, negative without.
     #[port("1")]
     pub supply: f64,
 }
 
-/// Guards by their places in [`Switching`].
+/// Indices of the guards in [`Switching`].
 const ON: usize = 0;
 const OFF: usize = 1;
 const OPENS: usize = 2;
 const CLOSES: usize = 3;
 
-/// No change is under way: a time that never comes.
+/// Time that is never reached: no change is under way.
 const NEVER: f64 = 1e30;
 
 /// A thruster.
@@ -149,7 +149,7 @@ pub struct Thruster {
 }
 
 impl Thruster {
-    /// Share of the thrust and impulse (N s) at a time (s).
+    /// Fraction of the thrust, and impulse (N s), at a time (s).
     fn now(&self, t: f64, d: &Valve) -> (f64, f64) {
         let (end, tau) = match d.open {
             true => (1.0, self.p.rise),
@@ -162,8 +162,8 @@ impl Thruster {
         (end + off * (1.0 - gone), d.impulse + given)
     }
 
-    /// Mean force (N) from a to b (s) under `back` (N) on the nozzle: of the times at which the jet is stronger. Within a step the share
-    /// rises or falls all the time.
+    /// Mean force (N) from a to b (s) against the force `back` (N) of the ambient pressure on the nozzle; only times at which the jet is stronger
+    /// count. Within a step the fraction only increases or only decreases.
     fn mean(&self, [a, b]: [f64; 2], d: &Valve, back: f64) -> f64 {
         let impulse = |from: f64, to: f64| self.now(to, d).1 - self.now(from, d).1;
         let over = |t: f64| self.now(t, d).0 * self.p.thrust - back;
@@ -333,7 +333,7 @@ mod tests {
         assert!(!fire(1.013, 3, &d).open);
     }
 
-    /// A guard in the direction in which it is due.
+    /// Returns a guard in the direction in which it is due.
     fn one(which: usize) -> Fired<'static> {
         if which == OFF { Fired::falling(which) } else { Fired::rising(which) }
     }
@@ -389,7 +389,7 @@ mod tests {
         assert!(on > 0.0 && off < 0.0);
     }
 
-    /// Under 1 kPa on 5 cm² the jet lacks 0.5 N while it is stronger than that; a valve that is closed pulls at nothing.
+    /// An ambient pressure of 1 kPa on 5 cm² reduces the thrust by 0.5 N while the jet is stronger than that; with a closed valve there is no force.
     #[test]
     fn ambient_pressure_takes_from_the_jet_and_from_nothing_else() {
         let m = Thruster { p: ThrusterParams { exit_area: 5e-4, ..thruster().p } };

@@ -1,9 +1,9 @@
-//! `flight.vector_thrust`: engines seen as one force that follows a command, for flight in three degrees of freedom.
+//! `flight.vector_thrust`: engines represented by one force that follows a command, for flight in three degrees of freedom.
 //! ```text
 //! Ḟ = (F_cmd − F)/τ      F in vacuum, W, at the node      ṁ = |F|/(I_sp g₀)
 //! F max(0, 1 − p A_e/|F|)      what acts: the ambient pressure on the nozzles' exits
 //! ```
-//! Attitude is not asked: right where it is turned fast enough. Without τ the force is the command.
+//! The attitude is not used; this is valid if the vehicle turns fast enough. Without τ the force is the command.
 
 use crate::engine::nozzle_thrust;
 use linkwork_runtime::prelude::*;
@@ -31,13 +31,13 @@ pub struct VectorThrustParams {
 /// Node and command.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct VectorThrustIn {
-    /// Where it acts.
+    /// Node at which the force acts.
     #[port(bind = "body")]
     pub body: NodeState,
-    /// Force that is wanted, in vacuum, W.
+    /// Commanded force in vacuum, W.
     #[port("N")]
     pub command: Vec3,
-    /// Where the propellant comes from.
+    /// Connection to the source of the propellant.
     #[port(connector)]
     pub propellant: Propellant,
     /// Ambient pressure.
@@ -48,10 +48,10 @@ pub struct VectorThrustIn {
 /// Load and flow.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct VectorThrustOut {
-    /// On the body.
+    /// Load on the body.
     #[port(bind = "body")]
     pub load: Wrench,
-    /// Size of the force; 0 where the pressure is stronger than the jets.
+    /// Magnitude of the force; 0 where the ambient pressure is stronger than the jets.
     #[port("N")]
     pub thrust: f64,
     /// Propellant that it takes.
@@ -72,7 +72,7 @@ pub struct VectorThrust {
     p: VectorThrustParams,
 }
 
-/// Engines as one force in W that follows a command with a lag, and takes propellant.
+/// Engines as one force in W that follows a command with a lag and consumes propellant.
 #[model("flight.vector_thrust")]
 impl Model for VectorThrust {
     type Params = VectorThrustParams;

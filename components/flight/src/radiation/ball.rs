@@ -1,9 +1,9 @@
-//! `flight.radiation_pressure`: sunlight presses on a ball, except in the shadow of bodies.
+//! `flight.radiation_pressure`: solar radiation pressure on a sphere, with the shadows of bodies.
 //! ```text
 //! F = −ν E/c C_r A ŝ        E: power of sunlight at the place, ŝ from the body to the Sun
 //! ν = visible part of the Sun's disc
 //! ```
-//! Edges of penumbra and umbra are events: an adaptive integrator stops at them instead of stumbling over them.
+//! Edges of penumbra and umbra are events: an adaptive integrator stops at them instead of rejecting steps there.
 //! The force acts at the node and gives no moment there.
 
 use super::Edges;
@@ -15,10 +15,10 @@ pub struct RadiationParams {
     /// Area against the Sun.
     #[param(unit = "m^2", range = 0.0..)]
     pub area: f64,
-    /// C_r: 1 swallows the light, 2 throws it back.
+    /// C_r: 1 absorbs the light, 2 reflects it back.
     #[param(default = 1.3, range = 0.0..=2.0)]
     pub reflectivity: f64,
-    /// The Sun, with the bodies that stand before it.
+    /// The Sun, with the bodies that can eclipse it.
     #[param(service)]
     pub sun: Handle<dyn Sun>,
 }
@@ -26,7 +26,7 @@ pub struct RadiationParams {
 /// The body.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct RadiationIn {
-    /// Where the light presses.
+    /// Node at which the radiation pressure acts.
     #[port(bind = "body")]
     pub body: NodeState,
 }
@@ -37,10 +37,10 @@ pub struct RadiationOut {
     /// Force of the light.
     #[port(bind = "body")]
     pub load: Wrench,
-    /// Visible part of the Sun.
+    /// Visible fraction of the solar disc.
     #[port("1")]
     pub visible: f64,
-    /// Pressure on what swallows it, shadow included.
+    /// Solar radiation pressure on an absorbing surface, including the shadow.
     #[port("N/m^2")]
     pub pressure: f64,
 }
@@ -50,7 +50,7 @@ pub struct RadiationPressure {
     p: RadiationParams,
 }
 
-/// Pressure of sunlight on a ball, with the conical shadows of all bodies of the world.
+/// Solar radiation pressure on a sphere, with the conical shadows of all bodies of the world.
 #[model("flight.radiation_pressure")]
 impl Model for RadiationPressure {
     type Params = RadiationParams;
@@ -78,7 +78,7 @@ mod tests {
     use super::*;
     use std::sync::Arc;
 
-    /// A Sun along x at 1 AU, of which a part is seen.
+    /// A Sun along x at 1 AU that is partly visible.
     struct Along(f64);
     impl Sun for Along {
         fn state(&self, _: f64) -> SunState {

@@ -1,19 +1,19 @@
-//! Light that presses on spacecraft: on a ball, on flat panels; in the sunlight and in the shadow of bodies.
+//! Radiation pressure on spacecraft, as a sphere or as flat panels, with the shadows of bodies.
 //!
-//! Direction, distance and shadow are those of the light at the place ([`Sun::light`]), which solar panels and sun sensors have, too.
+//! Direction, distance and shadow come from [`Sun::light`] at the position, which solar panels and sun sensors use, too.
 
 pub mod ball;
 pub mod panels;
 
 use linkwork_runtime::prelude::*;
 
-/// Where the light begins to fade and where it ends.
+/// Edges at which the light begins to fade and at which it ends.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Edges {
-    /// Angle to the outer edge of the penumbra, above zero in the light.
+    /// Angle to the outer edge of the penumbra, positive in the light.
     #[port("rad")]
     pub penumbra: f64,
-    /// Angle to the umbra (or the ring), below zero inside.
+    /// Angle to the umbra (or the antumbra), negative inside.
     #[port("rad")]
     pub umbra: f64,
 }

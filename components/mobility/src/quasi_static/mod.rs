@@ -36,7 +36,7 @@ pub struct QuasiStaticIn {
 /// Contact of a wheel with the ground, and its sliding velocity.
 struct Sliding {
     hub: Hub,
-    /// Contact point, ground normal there, and tangent axes ahead and to the side, W.
+    /// Contact point, ground normal there, and tangent axes forward and sideways, W.
     point: Vec3,
     normal: Vec3,
     axes: [Vec3; 2],
@@ -44,10 +44,10 @@ struct Sliding {
     carries: f64,
     /// Distance from the hub to the sliding rim, m.
     radius: f64,
-    /// Speed of the hub ahead, and of the rim, rω, m/s.
+    /// Forward speed of the hub, and speed of the rim rω, m/s.
     speed: f64,
     rim: f64,
-    /// Velocity of the rim over the ground, m/s.
+    /// Velocity of the rim relative to the ground, m/s.
     slides: [f64; 2],
     /// Reference speed of the slip, m/s.
     scale: f64,

@@ -7,13 +7,13 @@ use super::{QuasiStaticIn, Sliding};
 use crate::wheel_rigid::WheelRigidParams;
 use linkwork_runtime::prelude::*;
 
-/// What the ground does.
+/// Traction, load and quantities for plots.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct RigidQuasiStaticOut {
-    /// For the balance of the machine.
+    /// Traction for the force balance of the machine.
     #[port(bind = "hub")]
     pub traction: Traction,
-    /// Normal force; negative where only a pull would keep the wheel down.
+    /// Normal force; negative if the wheel would have to be pulled down.
     #[port("N")]
     pub normal_force: f64,
     /// Slip (rω − v)/max(|rω|, |v|), signed.
@@ -31,15 +31,15 @@ pub struct RigidQuasiStaticOut {
     /// Force of the ground, W.
     #[port("N")]
     pub contact_force: Vec3,
-    /// Torque that the drive gives to the axle.
+    /// Drive torque on the axle.
     #[port("N m")]
     pub torque: f64,
-    /// Power lost in the contact.
+    /// Power dissipated in the contact.
     #[port("W")]
     pub power: f64,
 }
 
-/// Slip below which friction resists in proportion: over some decimetres a wheel's bristles yield as much before they slide.
+/// Slip below which friction is proportional to the slip; over some decimetres the bristles of a wheel yield by a similar amount before they slide.
 const CREEP: f64 = 1e-2;
 
 /// A rigid wheel without inertia.
@@ -47,8 +47,8 @@ pub struct WheelRigidQuasiStatic {
     p: WheelRigidParams,
 }
 
-/// A rigid wheel on rigid ground, of a machine that is quasi-static: Coulomb friction with a creep of a hundredth of the speed,
-/// and the penetration of its spring. Of its parameters those of damping and of bristles play no part.
+/// A rigid wheel on rigid ground, for quasi-static machines: Coulomb friction with a creep of a hundredth of the speed,
+/// and the penetration of its spring. The parameters for damping and bristles have no effect.
 #[model("mobility.wheel_rigid_quasi_static")]
 impl Model for WheelRigidQuasiStatic {
     type Params = WheelRigidParams;
@@ -113,7 +113,7 @@ mod tests {
         }
     }
 
-    /// At `u` (m/s) over the ground, turning for 0.25 m/s.
+    /// Wheel with a rim speed of 0.25 m/s and the velocity `u` (m/s) relative to the ground.
     fn slides(u: [f64; 2]) -> RigidQuasiStaticOut {
         let hub = NodeState {
             position: Vec3::new(0.0, 0.0, 0.249),

@@ -1,4 +1,4 @@
-//! Forces of deformable ground on a body: the sum over the nodes under it, and what a node becomes.
+//! Forces of deformable ground on a body as sums over the nodes under it, and the change of these nodes.
 
 use crate::grousers::Grousers;
 use crate::multipass::{Rut, Unloading};
@@ -7,19 +7,19 @@ use linkwork_runtime::prelude::Soil;
 use linkwork_spatial::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// A node of the ground. The default was never touched.
+/// A node of the ground. The default is an undisturbed node.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "[f32; 11]", into = "[f32; 11]")]
 pub struct Node {
     /// Height of the first surface (m) and its slopes; NaN before it is known.
     pub first: [f32; 3],
-    /// Soil that was heaped on it, m upwards; less than nothing where soil slid away.
+    /// Height of heaped soil on it, m; negative where soil slid away.
     pub heap: f32,
-    /// Deepest sinkage (m), pressure there (Pa), depth of the rut that is left without load (m), all along the normal.
+    /// Deepest sinkage (m), pressure there (Pa), depth of the rut after unloading (m), all along the normal.
     pub pressed: [f32; 3],
-    /// Shear stress with which it is pushed, Pa, W.
+    /// Shear stress at the node, Pa, W.
     pub shear: [f32; 3],
-    /// Greatest share of its strength that was called on since it is pressed, 0 to 1.
+    /// Greatest used fraction of its strength since it has been under load, 0 to 1.
     pub mobilised: f32,
 }
 
@@ -44,7 +44,7 @@ impl From<Node> for [f32; 11] {
     }
 }
 
-/// The plane of the first surface at a node: height with what was heaped on it (m), unit normal.
+/// Plane of the first surface at a node: height including heaped soil (m), and unit normal.
 #[derive(Clone, Copy, Debug)]
 pub struct Base {
     /// Height, m.
@@ -54,12 +54,12 @@ pub struct Base {
 }
 
 impl Node {
-    /// Whether its first surface is known.
+    /// Returns whether its first surface is known.
     pub fn known(&self) -> bool {
         !self.first[0].is_nan()
     }
 
-    /// The first surface with what was heaped on it.
+    /// Returns the first surface including heaped soil.
     #[inline]
     pub fn base(&self) -> Base {
         let [h, sx, sy] = self.first.map(f64::from);
@@ -70,18 +70,18 @@ impl Node {
         }
     }
 
-    /// Height of the surface without load, m.
+    /// Returns the height of the surface without load, m.
     pub fn surface(&self) -> f64 {
         let base = self.base();
         base.height - f64::from(self.pressed[2]) / base.normal.z
     }
 
-    /// Forgets its shear: nothing presses it.
+    /// Resets the shear of a node without load.
     pub fn release(&mut self) {
         (self.shear, self.mobilised) = ([0.0; 3], 0.0);
     }
 
-    /// The deepest press, with the soil under a face that has the pressure `k ζⁿ`.
+    /// Returns the deepest loading, for soil with the pressure `k ζⁿ` under a face.
     fn rut(&self, law: &Law) -> Rut {
         let [sinkage, pressure, depth] = self.pressed.map(f64::from);
         let rebound = sinkage - depth;
@@ -99,7 +99,7 @@ pub struct Law {
     pub n: f64,
     /// Cohesion, Pa.
     pub cohesion: f64,
-    /// Tangent of the angle of friction.
+    /// Tangent of the friction angle.
     pub tan_phi: f64,
     /// Shear modulus K, m.
     pub shear: f64,
@@ -107,12 +107,12 @@ pub struct Law {
     pub bars: Option<Bars>,
 }
 
-/// Grousers of a rim on nodes: the force of each is shared by the nodes within one cell of it.
+/// Grousers of a rim on nodes: the force of each grouser is distributed to the nodes within one cell of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bars {
     /// The grousers; `phase` has no effect.
     pub grousers: Grousers,
-    /// Direction from the axle to one of them, unit, W.
+    /// Unit vector from the axle to one grouser, W.
     pub spoke: Vec3,
     /// Width and shear radius of the rim, m.
     pub face: [f64; 2],
@@ -147,17 +147,17 @@ impl Bars {
 /// Constants of the contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Damping {
-    /// Damping time of the shear, s; it counts to a fiftieth of the strength that is left at most.
+    /// Damping time of the shear, s; the damping is limited to a fiftieth of the remaining strength.
     pub shear: f64,
-    /// The pressure grows by this fraction for each m/s of approach, s/m.
+    /// Fraction by which the pressure increases per m/s of approach, s/m.
     pub normal: f64,
 }
 
-/// Share of the strength that is left to which the damping of shear counts.
+/// Limit of the shear damping, as a fraction of the remaining strength.
 const DAMPING_MAX: f64 = 0.02;
 
 impl Law {
-    /// Of a soil, under a face of the shorter side `b` (m) that slips by `slip`, −1 to 1.
+    /// Returns the law of a soil under a face with the shorter side `b` (m) and the slip `slip`, −1 to 1.
     pub fn of(soil: &Soil, b: f64, slip: f64) -> Law {
         Law {
             k: soil.k_c / b + soil.k_phi,
@@ -175,7 +175,7 @@ impl Law {
         if self.n == 1.0 { self.k * z.max(0.0) } else { self.k * z.max(0.0).powf(self.n) }
     }
 
-    /// Pressure (Pa) on a node at the sinkage (m).
+    /// Returns the pressure (Pa) on a node at a sinkage (m).
     #[inline]
     pub fn pressure(&self, node: &Node, sinkage: f64) -> f64 {
         if sinkage <= 0.0 {
@@ -196,7 +196,7 @@ impl Law {
         (most - there / (deepest - rut) * (deepest - sinkage)).max(0.0)
     }
 
-    /// The node after a press to the sinkage, and by how much its rut has grown (m, along the normal).
+    /// Returns the node after loading to the sinkage, and the growth of its rut (m, along the normal).
     pub fn press(&self, node: &mut Node, sinkage: f64, unloading: &Unloading) -> f64 {
         let before = node.pressed;
         if sinkage as f32 > before[0] {
@@ -216,13 +216,14 @@ impl Law {
         }
     }
 
-    /// Strength (Pa) under the pressure `p` (Pa).
+    /// Returns the strength (Pa) under the pressure `p` (Pa).
     #[inline]
     pub fn strength(&self, p: f64) -> f64 {
         self.cohesion + p * self.tan_phi
     }
 
-    /// Elastic stiffness of a node in shear, Pa/m, when it is pressed by `p` (Pa); `unloading`: how much stiffer than forth.
+    /// Returns the elastic shear stiffness of a node, Pa/m, under the pressure `p` (Pa); `unloading`: ratio of the stiffness during unloading to that
+    /// during loading.
     #[inline]
     fn stiffness(&self, node: &Node, p: f64, unloading: f64) -> f64 {
         unloading * self.strength(p.max(f64::from(node.pressed[1]))) / self.shear
@@ -263,22 +264,22 @@ pub struct GroundLoad {
     pub force: Vec3,
     /// Moment about the body's middle, N m.
     pub moment: Vec3,
-    /// Greatest sinkage below the first surface with its heaps, m.
+    /// Greatest sinkage below the first surface including heaped soil, m.
     pub sinkage: f64,
-    /// Where the pressure acts, m; the body's middle without contact.
+    /// Point at which the pressure acts, m; the middle of the body without contact.
     pub point: Vec3,
     /// Mean normal of the ground, unit.
     pub normal: Vec3,
     /// Force along it, N.
     pub normal_force: f64,
-    /// Power that the body gives to the ground, W.
+    /// Power that the body transfers to the ground, W.
     pub power: f64,
     /// Area that is pressed, m².
     pub area: f64,
 }
 
 impl GroundLoad {
-    /// No contact of a body at a place (m).
+    /// Returns the load without contact for a body at a position (m).
     pub fn none(middle: Vec3) -> GroundLoad {
         GroundLoad {
             force: Vec3::zeros(),
@@ -293,14 +294,14 @@ impl GroundLoad {
     }
 }
 
-/// Sums over nodes; `unloading` is that of the ground.
+/// Computes the sums over nodes; `unloading` is that of the ground.
 #[derive(Clone, Copy, Debug)]
 pub struct Sum<'a> {
     presser: &'a Presser,
     law: &'a Law,
     damping: &'a Damping,
     unloading: f64,
-    /// Time since the nodes were what they are, s.
+    /// Time since the last update of the nodes, s.
     age: f64,
     cell: f64,
     load: GroundLoad,
@@ -308,7 +309,7 @@ pub struct Sum<'a> {
 }
 
 impl<'a> Sum<'a> {
-    /// Nothing yet.
+    /// Creates empty sums.
     pub fn new(
         presser: &'a Presser,
         law: &'a Law,
@@ -321,7 +322,7 @@ impl<'a> Sum<'a> {
         Sum { presser, law, damping, unloading, age, cell, load, weight: 0.0 }
     }
 
-    /// A node at x, y under the lower side.
+    /// Computes a node at x, y under the lower side.
     #[inline]
     pub fn add(&mut self, node: &Node, x: f64, y: f64, under: &Under) {
         let base = node.base();
@@ -376,7 +377,7 @@ impl<'a> Sum<'a> {
     }
 }
 
-/// Least cosine between a face and the ground: a steeper face has the area of this one.
+/// Least cosine of the angle between a face and the ground; steeper faces have the area for this value.
 const FACE_MIN: f64 = 0.2;
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! `mobility.scm_ground`: the nodes of deformable ground as a field that wheels and feet read and press.
+//! `mobility.scm_ground`: the nodes of deformable ground as a field that wheels and feet read and deform.
 
 use crate::changed::Changed;
 use crate::multipass::Unloading;
@@ -20,22 +20,22 @@ pub type Nodes = tiles::Tiles<Node, EDGE>;
 /// Parameters of the ground.
 #[derive(Params, Clone, Debug)]
 pub struct ScmGroundParams {
-    /// Distance of nodes.
+    /// Spacing of nodes.
     #[param(unit = "m", default = 0.025, range = 0.002..=1.0)]
     pub cell: f64,
     /// x_min, y_min, x_max, y_max (m) of the deformable ground; default: the whole terrain. Outside it carries nothing.
     #[param(default = None)]
     pub region: Option<[f64; 4]>,
-    /// Stiffness of pressed soil without its growth with depth, N/m³.
+    /// Stiffness of loaded soil at depth zero, N/m³.
     #[param(default = 0.0, range = 0.0..)]
     pub stiffness: f64,
-    /// Growth of the stiffness of pressed soil with depth, N/m⁴; the default is Wong's for LETE sand.
+    /// Increase of the stiffness of loaded soil with depth, N/m⁴; the default is Wong's value for LETE sand.
     #[param(default = 5.03e8, range = 0.0..)]
     pub stiffness_growth: f64,
-    /// How much stiffer the soil is sheared back than forth.
+    /// Ratio of the shear stiffness during unloading to the stiffness during loading.
     #[param(default = 20.0, range = 1.0..=1000.0)]
     pub shear_unloading: f64,
-    /// Share of the soil displaced that is heaped up around; the rest is compacted.
+    /// Fraction of the displaced soil that is heaped up around the body; the rest is compacted.
     #[param(default = 0.3, range = 0.0..=1.0)]
     pub bulldozing: f64,
     /// Slope at which heaped soil slides.
@@ -46,16 +46,16 @@ pub struct ScmGroundParams {
     pub terrain: Handle<dyn Terrain>,
 }
 
-/// A body that presses the ground. A radius and length of zero: nothing does.
+/// A body on the ground. A radius and length of zero mean that there is no body.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Imprint {
-    /// Middle of the wheel or of the sole, W.
+    /// Centre of the wheel or sole, W.
     #[port("m")]
     pub print_middle: Vec3,
-    /// Axle of a wheel, normal of a sole (upwards), unit, W.
+    /// Unit vector of the axle of a wheel, or of the upward normal of a sole, W.
     #[port("1")]
     pub print_axle: Vec3,
-    /// Direction of the length of a rectangular sole, unit, W.
+    /// Unit vector along the length of a rectangular sole, W.
     #[port("1")]
     pub print_along: Vec3,
     /// Velocity of the middle, W.
@@ -79,7 +79,7 @@ pub struct Imprint {
 }
 
 impl Imprint {
-    /// What presses so.
+    /// Creates the imprint of a body.
     pub fn of(p: &Presser, slip: f64) -> Imprint {
         let (radius, width, length) = match p.form {
             Form::Rim { radius, width } => (radius, width, 0.0),
@@ -99,7 +99,7 @@ impl Imprint {
         }
     }
 
-    /// What presses; nothing where its numbers are none.
+    /// Returns the pressing body; `None` if its numbers are not finite.
     pub fn presser(&self) -> Option<Presser> {
         let (radius, width, length) = (self.print_radius, self.print_width, self.print_length);
         let form = match (radius > 0.0, width > 0.0, length > 0.0) {
@@ -120,14 +120,14 @@ impl Imprint {
     }
 }
 
-/// The field's data: nodes that were touched, and when.
+/// Data of the field: loaded nodes, and the time of their last update.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Touched {
     /// The nodes.
     pub nodes: Nodes,
-    /// When they were what they are, s.
+    /// Time of their last update, s.
     pub time: f64,
-    /// Soil displaced by each body that waits to be heaped, m³.
+    /// Displaced soil of each body that has not been heaped yet, m³.
     pub waiting: Vec<f64>,
 }
 
@@ -137,21 +137,21 @@ impl Shows for Touched {
 
 /// Deformable ground.
 pub struct ScmGround {
-    /// Distance of nodes, m.
+    /// Spacing of nodes, m.
     pub cell: f64,
     /// x_min, y_min, x_max, y_max, m.
     pub region: [f64; 4],
     /// Stiffness of pressed soil.
     pub unloading: Unloading,
-    /// How much stiffer the soil is sheared back than forth.
+    /// Ratio of the shear stiffness during unloading to that during loading.
     pub shear_unloading: f64,
-    /// Where displaced soil goes.
+    /// Settings of heaps of displaced soil.
     pub heaps: Heaps,
     terrain: Handle<dyn Terrain>,
 }
 
 impl ScmGround {
-    /// First and last column and row of the nodes in a box (m) that belong to the region; `None`: none do.
+    /// Returns first and last column and row of the nodes of the region in a box (m); `None`: there are none.
     fn span(&self, bounds: [f64; 4]) -> Option<([i32; 2], [i32; 2])> {
         let r = self.region;
         let low = [0, 1].map(|k| (bounds[k].max(r[k]) / self.cell).ceil());
@@ -167,14 +167,14 @@ impl ScmGround {
         [f64::from(i) * self.cell, f64::from(j) * self.cell]
     }
 
-    /// A node that nothing has touched.
+    /// Returns an undisturbed node.
     pub fn fresh(&self, at: [f64; 2]) -> Node {
         let mut first = [[f64::NAN; 3]];
         self.terrain.relief(&[at], &mut first);
         Node { first: first[0].map(|v| v as f32), ..Node::default() }
     }
 
-    /// Load on a body at the time `t` (s).
+    /// Returns the load on a body at the time `t` (s).
     pub fn load(
         &self,
         data: &Touched,
@@ -208,7 +208,7 @@ impl ScmGround {
         sum.load()
     }
 
-    /// Presses the nodes under a body for a time `dt` (s), and gives the volume displaced (m³, seen from above) and where it pressed.
+    /// Loads the nodes under a body for a time `dt` (s); returns the displaced volume (m³, in vertical projection) and the loaded area.
     pub fn press(
         &self,
         data: &mut Touched,
@@ -264,7 +264,7 @@ impl ScmGround {
         (volume, heap)
     }
 
-    /// The nodes that are not as the terrain is: place and height of the surface (m), in a fixed order.
+    /// Returns the nodes that differ from the terrain: position and height of the surface (m), in a fixed order.
     pub fn changed<'a>(
         &'a self,
         data: &'a Touched,
@@ -275,8 +275,8 @@ impl ScmGround {
     }
 }
 
-/// Deformable ground: nodes with sinkage, heaps and shear, which wheels of `mobility.wheel_scm` and feet of `mobility.foot` press at its
-/// ticks and read as they were after the last row; choose a rate at which a body moves less than a tenth of the distance of nodes.
+/// Deformable ground: nodes with sinkage, heaps and shear. Wheels of `mobility.wheel_scm` and feet of `mobility.foot` deform them at the ticks of
+/// this part and read their state after the last row. Choose a rate at which a body moves less than a tenth of the node spacing per tick.
 #[field("mobility.scm_ground")]
 impl Field for ScmGround {
     type Params = ScmGroundParams;

@@ -175,7 +175,7 @@ fn a_rolling_wheel_in_slick_soil_is_resisted_by_what_it_compacts() {
     for cell in [0.05, 0.025, 0.0125] {
         let [fx, _, fz, torque] = Led::new(cell, slick()).roll(0.0, 0.8, z, 0.0, 0.0);
         let off = (fx / exact - 1.0).abs();
-        println!("{cell} m: {fx:.2} N for {exact:.2} N, load {fz:.1} N");
+        println!("cell {cell} m: force {fx:.2} N, expected {exact:.2} N, load {fz:.1} N");
         // Measured: 1e-5 on any grid, because over the whole path each node contributes its own
         // work of compaction.
         assert!(off < 1e-3 && torque.abs() < 1e-9 * fz, "{cell}: {off}");

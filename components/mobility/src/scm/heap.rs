@@ -1,15 +1,15 @@
 //! Heaps of displaced soil.
 
-/// Where displaced soil goes.
+/// Settings of heaps of displaced soil.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Heaps {
-    /// Share of it that is heaped.
+    /// Fraction of the displaced soil that is heaped.
     pub share: f64,
-    /// Slope at which it slides, rise over run.
+    /// Slope at which soil slides, rise over run.
     pub slope: f64,
 }
 
-/// The nodes that are pressed: first and last column and row.
+/// The loaded nodes: first and last column and row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Heap {
     pub(super) from: [i32; 2],
@@ -17,12 +17,12 @@ pub struct Heap {
 }
 
 impl Heap {
-    /// One node.
+    /// Creates the range with one node.
     pub fn at(i: i32, j: i32) -> Heap {
         Heap { from: [i, j], to: [i, j] }
     }
 
-    /// With another.
+    /// Returns the range extended by a node.
     pub fn with(self, i: i32, j: i32) -> Heap {
         let ([x0, y0], [x1, y1]) = (self.from, self.to);
         Heap { from: [x0.min(i), y0.min(j)], to: [x1.max(i), y1.max(j)] }

@@ -1,23 +1,23 @@
-//! Where displaced soil goes: on the nodes around what presses, and from there down slopes that are too steep for it.
+//! Heaps of displaced soil: the soil is added to the nodes around the body and slides down slopes that are too steep.
 //! ```text
 //! ring       nodes up to two beside those that are pressed; ahead and at the sides, not behind where the body comes from
 //! sliding    between neighbours a, b:  |S_a − S_b| > δ tan(repose):  heap moves by a quarter of what is too much, five times
 //! ```
-//! S is the surface without load. The moved volume is subtracted at one node and added at another as one number, so that the total is conserved. Soil
-//! waits until it makes a layer on the ring that is worth the work. Slopes that the ground had from the start do not slide.
+//! S is the surface without load. The moved volume is subtracted at one node and added at another as one number, so that the total is conserved.
+//! Displaced soil is collected until it gives a sufficiently thick layer on the ring. Slopes of the undisturbed terrain do not slide.
 
 use crate::scm::contact::Node;
 use crate::scm::ground::{Nodes, ScmGround, Touched};
 use crate::scm::heap::{Heap, Heaps};
 use crate::scm::shape::Presser;
 
-/// Nodes around the pressed ones on which soil may slide.
+/// Number of nodes around the loaded ones on which soil may slide.
 const AROUND: i32 = 6;
 /// Nodes of the ring.
 const RING: i32 = 2;
 /// Times that soil slides.
 const TIMES: usize = 5;
-/// Least layer on the ring, m.
+/// Least thickness of a layer on the ring, m.
 const LAYER: f64 = 2e-4;
 
 /// A window of nodes, copied.
@@ -30,7 +30,7 @@ struct Window {
 }
 
 impl Heaps {
-    /// Heaps what waits of the body `k`, which presses the nodes `pressed`, when it is enough.
+    /// Heaps the collected soil of the body `k`, which loads the nodes `pressed`, if there is enough of it.
     pub fn heap(
         &self,
         ground: &ScmGround,
@@ -86,12 +86,12 @@ impl Window {
         out
     }
 
-    /// Column and row of a node.
+    /// Returns column and row of a node.
     fn index(&self, at: usize) -> [i32; 2] {
         [self.from[0] + (at % self.size[0]) as i32, self.from[1] + (at / self.size[0]) as i32]
     }
 
-    /// The nodes beside those under the body, but for those behind it.
+    /// Returns the nodes next to the nodes under the body, except for those behind it.
     fn ring(&self, ground: &ScmGround, presser: &Presser) -> Vec<usize> {
         let (v, c) = (presser.hub.velocity, presser.hub.position);
         let speed = v.x.hypot(v.y);

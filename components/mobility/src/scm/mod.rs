@@ -8,12 +8,12 @@
 //! force      A (p n − τ), A = share δ²/(n₀·ẑ)/(n·n₀) on the face, n into the body, v: velocity of the body along its face
 //! heaps      what is displaced goes, by the share that does not compact, on the nodes around, and slides where it is too steep
 //! ```
-//! Nodes are `mobility.scm_ground` (`ground`), a field; `mobility.wheel_scm` and `mobility.foot` press it. Differences to Chrono: shear
-//! unloads and holds, so that what is parked does not creep and what turns back meets no force of its past; pressed soil is as stiff
-//! as measured (Wong), not as a number of the method; where slip makes the soil softer (n₁), what is pressed gives way, too; edges
-//! of a body count by the share of a cell that they cover; faces are cylinders and planes, nothing is searched on a mesh.
-//! The walls of a wheel push no soil aside. The way is that over a node, which stays: for a wheel of the slip s some 1/(1 − s) times that over
-//! its rim, which Wong and Reece count (`terramechanics`).
+//! Nodes are `mobility.scm_ground` (`ground`), a field; `mobility.wheel_scm` and `mobility.foot` press it. Differences to Chrono: shear unloads
+//! elastically and holds, so that parked bodies do not creep and a reversed motion has no force from the earlier one; loaded soil has a measured
+//! stiffness (Wong) instead of a numerical parameter; where slip softens the soil (n₁), loaded soil yields, too; edges of a body count by the covered
+//! fraction of a cell; faces are cylinders and planes, and no mesh is searched. The side walls of a wheel do not push soil aside. The shear
+//! displacement is measured at a node, which is at rest: for a wheel with the slip s it is about 1/(1 − s) times that along the rim, which Wong and
+//! Reece use (`terramechanics`).
 
 pub mod contact;
 pub mod ground;

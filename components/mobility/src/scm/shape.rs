@@ -1,4 +1,4 @@
-//! What presses deformable ground: the lower side of a rim or of a flat sole over a point of the plane, in closed form.
+//! Shapes on deformable ground: height of the lower side of a rim or a flat sole above a point of the plane, in closed form.
 //! ```text
 //! rim    |d − a (a·d)|² = r²,  d = (x, y, z) − c:   z² (1 − a_z²) − 2 m a_z z + D² − m² − r² = 0,  m = a·D
 //! sole   (p − c)·n = 0
@@ -11,19 +11,19 @@ use linkwork_spatial::Vec3;
 /// Form and size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Form {
-    /// A wheel's rim by radius and width, m; its axle is the hub's.
+    /// Rim of a wheel with radius and width, m; its axle is that of the hub.
     Rim {
         /// Radius, m.
         radius: f64,
         /// Width along the axle, m.
         width: f64,
     },
-    /// A flat round sole of this radius, m; its normal is the hub's axle.
+    /// Flat round sole with this radius, m; its normal is the axle of the hub.
     Disc {
         /// Radius, m.
         radius: f64,
     },
-    /// A flat rectangular sole by its length along the hub's heading and its width, m; its normal is the hub's axle.
+    /// Flat rectangular sole with its length along the heading of the hub and its width, m; its normal is the axle of the hub.
     Plate {
         /// Length along the heading, m.
         length: f64,
@@ -32,33 +32,33 @@ pub enum Form {
     },
 }
 
-/// A body over the ground: its form, and where it is and how it moves. The axle of the hub of a sole is its upward normal.
+/// A body above the ground: its shape, pose and motion. The axle of the hub of a sole is its upward normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Presser {
     /// Form and size.
     pub form: Form,
     /// Pose and motion.
     pub hub: Hub,
-    /// Direction of a plate's length, unit, W; nothing for other forms.
+    /// Unit vector along the length of a rectangular sole, W; `None` for other shapes.
     pub along: Vec3,
 }
 
-/// The lower side over a point.
+/// The lower side above a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Under {
     /// Height, m, W.
     pub z: f64,
-    /// Unit normal into the body, W.
+    /// Unit normal towards the body, W.
     pub normal: Vec3,
-    /// Share of a cell that is covered.
+    /// Covered fraction of a cell.
     pub share: f64,
 }
 
-/// Least height of a unit normal into the body: a face that is steeper presses nothing down.
+/// Least vertical component of a unit normal towards the body; steeper faces exert no pressure.
 const DOWN_MIN: f64 = 0.1;
 
 impl Presser {
-    /// The shorter side of what presses, m: b of Bekker's k_c/b.
+    /// Returns the shorter side of the contact face, m: b of Bekker's k_c/b.
     pub fn narrow(&self) -> f64 {
         match self.form {
             Form::Rim { width, .. } => width,
@@ -67,7 +67,7 @@ impl Presser {
         }
     }
 
-    /// x_min, y_min, x_max, y_max, m, of where there may be a lower side.
+    /// Returns x_min, y_min, x_max, y_max, m, of the region with a lower side.
     pub fn bounds(&self, cell: f64) -> [f64; 4] {
         let (a, c) = (self.hub.axle, self.hub.position);
         let flat = |v: f64| (1.0 - v * v).max(0.0).sqrt();
@@ -86,7 +86,7 @@ impl Presser {
         [c.x - hx, c.y - hy, c.x + hx, c.y + hy]
     }
 
-    /// Whether the body is surely above ground of the height `h` (m) at x, y: a rim is above the parabola at its lowest line.
+    /// Returns whether the body is certainly above ground of the height `h` (m) at x, y, because a rim is above the parabola at its lowest line.
     #[inline(always)]
     pub fn clears(&self, x: f64, y: f64, h: f64) -> bool {
         let Form::Rim { radius, width } = self.form else { return false };
@@ -142,7 +142,7 @@ impl Presser {
         }
     }
 
-    /// Height of a sole's plane over its middle, m.
+    /// Returns the height of the plane of a sole relative to its centre, m.
     fn sole(&self, dx: f64, dy: f64) -> Option<f64> {
         let a = self.hub.axle;
         (a.z > DOWN_MIN).then(|| -(a.x * dx + a.y * dy) / a.z)

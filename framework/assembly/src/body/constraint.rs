@@ -32,7 +32,7 @@ record! {
         at_b: Pose = of::<Pose>().or(Pose::identity()),
         /// The permitted motion; without a hinge, the frames are welded.
         hinge: Hinge = hinge().or(Hinge::locked()),
-        /// Its coordinates are prescribed.
+        /// The coordinates of the subhinge are prescribed.
         prescribed: bool = flag().or(false),
         /// The constraint method.
         solve: ConstraintMethod = constraint_method().or(ConstraintMethod::Auto),

@@ -73,7 +73,7 @@ record! {
     }
 }
 record! {
-    struct GeodeticForm: "place over the ellipsoid" {
+    struct GeodeticForm: "position above the ellipsoid" {
         /// Geodetic latitude, north positive.
         latitude: f64 = number("rad").within(-FRAC_PI_2, FRAC_PI_2).need("write `latitude: ..`"),
         /// East longitude.

@@ -22,8 +22,8 @@
 //! # Ok(())
 //! # }
 //! ```
-//! Every call writes the value that a file would hold, together with the place of the call. The loader then continues as it does
-//! with a file: the same checks report the same errors, each with `file.rs:line:column` of the call.
+//! Every call writes the value that a file would hold, together with the place of the call. The loader then checks it like a file; the error messages
+//! are the same, but contain `file.rs:line:column` of the call.
 mod body;
 mod items;
 
@@ -159,7 +159,7 @@ impl Assembly {
         NewPart { fields: self.named("parts", "part", name, here(Value::Map(part))) }
     }
 
-    /// Adds another assembly in place. It sees the parameters and bodies around it.
+    /// Adds another assembly in place. The nested assembly can use the parameters and bodies around it.
     #[track_caller]
     pub fn nest(&mut self, name: &str, inner: Assembly) -> &mut Self {
         self.with_library(&inner.library);
@@ -263,7 +263,7 @@ impl Assembly {
         self
     }
 
-    /// Returns the text of a simulation file that says the same.
+    /// Returns the text of a simulation file with the same content.
     #[must_use]
     pub fn to_ron(&self) -> String {
         document(&self.value("Simulation"))

@@ -22,7 +22,7 @@ use linkwork_runtime::{
 };
 use std::collections::BTreeMap;
 
-/// An override on its way to the instance that it changes.
+/// An override that has not been applied to its instance yet.
 #[derive(Clone)]
 pub(crate) struct Pending {
     id: usize,

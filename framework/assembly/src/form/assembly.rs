@@ -51,7 +51,7 @@ pub enum PartKind {
         mounts: Located,
         /// Deep parameters.
         overrides: Located,
-        /// As cargo: the body that carries it, and the pose.
+        /// For stowed cargo: the body that carries it, and the pose.
         stowed: Option<Located>,
     },
     /// An assembly written in place, in the scope of the surrounding parameters.

@@ -29,7 +29,11 @@ impl AssemblyForm {
                 Some(read_assembly(&mut cx, &mut inner, &what))
             }
             _ => {
-                cx.fault(v.origin, format!("`{name}` is no assembly"), "begin with `Assembly(`");
+                cx.fault(
+                    v.origin,
+                    format!("`{name}` is not an assembly"),
+                    "begin with `Assembly(`",
+                );
                 None
             }
         });

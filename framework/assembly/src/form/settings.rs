@@ -98,7 +98,7 @@ record! {
         origin
     }
 }
-/// What a metric observes.
+/// Observed quantity of a metric.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MetricOf {
     /// A variable.
@@ -111,11 +111,11 @@ pub enum MetricOf {
 pub struct Metric {
     /// Name as shown.
     pub name: String,
-    /// What it observes.
+    /// Observed quantity.
     pub of: MetricOf,
     /// A condition: the metric is the value at the first instant at which it is true.
     pub at: Option<Text>,
-    /// Which number.
+    /// Number that the metric computes.
     pub take: Take,
     /// Displayed unit; `None`: that of the variable.
     pub unit: Option<Text>,
@@ -138,7 +138,7 @@ record! {
 /// Motion of a machine that was placed on the ground.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlaceMotion {
-    /// By forces.
+    /// Motion by forces.
     Dynamics,
     /// Kinematic: it rolls as its wheels rotate, and its joints adapt to the ground; no inertia.
     Kinematics,
@@ -349,7 +349,7 @@ pub struct Settings {
     pub gravity: Option<Text>,
     /// Path of the mechanism as a part.
     pub mechanism: String,
-    /// When to stop.
+    /// Time at which a run stops.
     pub until: Option<Seconds>,
     /// Variable that stops the run when it becomes true.
     pub stop_when: Option<Text>,
@@ -565,7 +565,7 @@ fn metrics(cx: &mut Cx, v: &Located) -> Vec<Metric> {
             (Take::Percentile(_), Some(percent)) if percent <= 100.0 => Take::Percentile(percent),
             (Take::Percentile(_), _) => {
                 let fact = match percent {
-                    Some(percent) => format!("{}: a percentile of {percent} %", at.what),
+                    Some(percent) => format!("{}: `percent` is {percent}, above 100", at.what),
                     None => format!("{}: `percent` is missing", at.what),
                 };
                 cx.fault(origin, fact, "write `percent`, from 0 to 100: percent: 95");

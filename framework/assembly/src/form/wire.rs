@@ -12,7 +12,7 @@ use linkwork_runtime::{Located, Value, WireTiming};
 pub struct WireText {
     /// `Part.output -> Part.input`.
     pub text: Text,
-    /// When it arrives.
+    /// Delay of the wire.
     pub timing: WireTiming,
 }
 

@@ -51,7 +51,7 @@ impl PartialEq for Resolved {
 struct Printer<'a> {
     files: &'a Files<'a>,
     told: &'a References,
-    /// By part.
+    /// Bindings by part.
     binds: BTreeMap<&'a str, Vec<&'a BindSpec>>,
 }
 

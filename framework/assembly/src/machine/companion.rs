@@ -62,7 +62,7 @@ record! {
     }
 }
 record! {
-    struct OnLink: "place on a link" {
+    struct OnLink: "pose on a link" {
         /// Documentation.
         doc: Option<Text> = text().maybe(),
         /// Link, or `world`.
@@ -323,8 +323,11 @@ fn node(cx: &mut Cx, key: &str, v: &Located, d: &mut Description) {
     if let Some(body) = on_link(cx, &on, &what, d) {
         let taken = d.builder.nodes().iter().any(|n| n.name == key);
         if body == "world" || taken {
-            let fact = if taken { "already exists" } else { "is on the world" };
-            cx.fault(origin, format!("{what} {fact}"), "rename it, or use a link");
+            let (fact, help) = match taken {
+                true => ("already exists", "choose another name"),
+                false => ("is attached to the world", "attach it to a link"),
+            };
+            cx.fault(origin, format!("{what} {fact}"), help);
         } else {
             d.builder.node(key, body, pose);
         }

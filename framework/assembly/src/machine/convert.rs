@@ -272,7 +272,7 @@ impl Groups {
         }
         if names.len() > GROUPS {
             left_out.push(format!(
-                "bit masks of {} kinds of collision shapes (the limit is {GROUPS}): all of them collide",
+                "collision bit masks with {} different combinations (the limit is {GROUPS}), so all shapes collide",
                 names.len()
             ));
             return Self { classes, names: Vec::new(), outside: Vec::new() };

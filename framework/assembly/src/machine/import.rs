@@ -167,8 +167,8 @@ pub(crate) fn with_imports(
         }
         for (name, part) in more.parts {
             if out.parts.contains_key(&name) || out.exports.contains_key(&name) {
-                let message = format!("the import has a part `{name}`, which is there already");
-                let help = "put the import into a separate part, or leave devices out: `leave_out: [actuators, tendons, sensors]`";
+                let message = format!("the import has a part `{name}`, which already exists");
+                let help = "put the import into a separate part, or exclude devices: `leave_out: [actuators, tendons, sensors]`";
                 cx.fault(item.origin, message, help);
             }
             out.parts.insert(name, part);

@@ -75,9 +75,9 @@ pub struct Field {
 /// Whether a parameter `$name` or an expression may replace a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Parameters {
-    /// For any.
+    /// Parameters may replace any value.
     Allowed,
-    /// For none.
+    /// Parameters must not replace values.
     None,
 }
 

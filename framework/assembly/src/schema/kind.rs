@@ -75,7 +75,7 @@ impl<'a> At<'a> {
     }
 }
 
-/// How a value is read, written and described. Reading adds a fault for each mistake and then returns `None`.
+/// Reading, writing and description of a kind of value. Reading adds a fault for each mistake and then returns `None`.
 pub(crate) trait Kind {
     type Of;
     fn read(&self, cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<Self::Of>;

@@ -175,7 +175,7 @@ fn quantity(text: &str, wanted: &Unit, unit: &str) -> Result<f64, String> {
     let given = Unit::parse(unit_text).map_err(|e| e.to_string())?;
     if !given.same_quantity(wanted) {
         let wanted = if unit.is_empty() { "a plain number" } else { unit };
-        return Err(format!("`{text}` is in {unit_text}, but {wanted} is wanted"));
+        return Err(format!("`{text}` is in {unit_text}, but {wanted} is expected"));
     }
     Ok(given.to_si(number))
 }

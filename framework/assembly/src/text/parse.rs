@@ -1,7 +1,6 @@
-//! RON text to located values: every value knows its bytes, keys are unique, variants keep names.
+//! Converts RON text to located values: each value has its byte range, keys are unique, and variants keep their names.
 //!
-//! Where the [`Reader`] stops, `ron` reads the text again and says what is wrong, so that messages are those of the library of the
-//! notation.
+//! If the [`Reader`] stops at an error, `ron` reads the text again, so that the message is that of the RON library.
 use crate::text::parsed::Once;
 use crate::text::reader::{Reader, Stop, blank};
 use crate::text::report::Cx;
@@ -74,7 +73,7 @@ fn read(cx: &mut Cx, file: u32) -> Option<Located> {
     twice.is_empty().then_some(value)
 }
 
-/// Reports why a text is not read: what `ron` says of it, or, of a text that is RON, what stopped the reader.
+/// Reports why a text cannot be read: the message of `ron`, or, if the text is valid RON, the reason for which the reader stopped.
 fn not_read(cx: &mut Cx, file: u32, text: &str, stop: Stop) {
     let at = |start: usize| {
         let end = start + text[start..].chars().next().map_or(0, char::len_utf8);

@@ -247,7 +247,7 @@ impl<'t> Reader<'t> {
         self.token(start)
     }
 
-    /// A name: of a variant, or a word that stands for itself.
+    /// Reads a name: that of a variant, or a word that is a value itself.
     fn word(&mut self) -> Read<Located> {
         let start = self.at;
         let name = self.name();

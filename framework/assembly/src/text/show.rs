@@ -18,7 +18,7 @@ pub struct Failure {
 pub enum Look {
     /// Three lines each, for logs and tests.
     Plain,
-    /// With the source line.
+    /// The message with the source line.
     Drawn,
     /// With the source line, in colour.
     Coloured,

@@ -54,7 +54,7 @@ fn within<'n>(name: &'n str, group: &str) -> Option<&'n str> {
     name.strip_prefix(group)?.strip_prefix('.')
 }
 
-/// Fact and remedy; an empty fact has been reported elsewhere.
+/// Fact and remedy of an error; an empty fact means that the error has already been reported.
 pub(super) type Problem = (String, String);
 
 fn segments(text: &str) -> Result<Vec<Segment>, Problem> {

@@ -52,7 +52,7 @@ pub(super) fn campaign() -> Vec<Field> {
         ),
         or(
             "seed",
-            "Seed of all draws.",
+            "Seed of all sampled values.",
             Schema::Whole { low: 0.0, high: MOST_SEED as f64 },
             Value::Number(1.0),
         ),
@@ -78,7 +78,7 @@ pub(super) fn campaign() -> Vec<Field> {
         field("limits", "Limits of a run.", Schema::Record("limits", limits)),
         field(
             "scatter",
-            "Pairs of metrics or drawn numbers for scatter plots in the report (default: the first two metrics).",
+            "Pairs of metrics or sampled parameters for scatter plots in the report (default: the first two metrics).",
             list(pair(Schema::Text)),
         ),
         field(
@@ -96,7 +96,11 @@ pub(super) fn campaign() -> Vec<Field> {
 
 pub(super) fn correlation() -> Vec<Field> {
     vec![
-        need("of", "Names of drawn values: `bob.mass`, `Capsule.velocity[0]`.", list(Schema::Text)),
+        need(
+            "of",
+            "Names of sampled values: `bob.mass`, `Capsule.velocity[0]`.",
+            list(Schema::Text),
+        ),
         need("matrix", "Their correlations.", list(list(number()))),
     ]
 }

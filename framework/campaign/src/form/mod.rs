@@ -368,7 +368,7 @@ impl Reader {
                 };
                 if field == "vary" && self.drawn.len() == before && self.faults.len() == faults {
                     let message = format!("`{path}` does not contain a distribution");
-                    self.fault(v.origin, message, "constant values belong into `set`");
+                    self.fault(v.origin, message, "write constant values in `set`");
                 }
                 out.push((path.clone(), template, v.origin));
             }
@@ -431,7 +431,10 @@ impl Reader {
                 (None, _) => None,
                 (Some(n), None) => {
                     let known: Vec<&str> = known.iter().map(String::as_str).collect();
-                    Some((format!("`{n}` is not drawn"), remedy(n, "drawn values", &known)))
+                    Some((
+                        format!("`{n}` is not a sampled value"),
+                        remedy(n, "drawn values", &known),
+                    ))
                 }
                 (Some(n), Some(k)) if !self.drawn[k].of.is_continuous() => {
                     let help = "only numbers can be correlated: remove it".to_string();

@@ -219,7 +219,7 @@ fn unsupported(d: &Distribution) -> Option<(String, String)> {
         {
             told(
                 format!("has the mean {mean} and the deviation {deviation}"),
-                "write finite numbers and a positive deviation; constant values belong into `set`",
+                "write finite numbers and a positive deviation; write constant values in `set`",
             )
         }
         Distribution::TruncatedNormal { mean, deviation, from, to } => {

@@ -45,11 +45,11 @@ pub(crate) enum Near {
     Far,
     /// Nearest points, exact up to round-off.
     Apart(Gap),
-    /// They overlap, or are so close that round-off decides.
+    /// The shapes overlap, or are so close that round-off decides.
     Unsure,
 }
 
-/// Relative to the size of the pair: closer cores are left to the contact point computation.
+/// Limit of the distance relative to the size of the pair; for closer cores the contact point computation is used.
 const NEARLY: f64 = 1e-6;
 /// Relative to the size of the pair: largest difference between the distance and the value that its normal proves.
 const PROOF: f64 = 1e-12;
@@ -109,7 +109,7 @@ pub(crate) fn within(a: &Placed, b: &Placed, limit: f64, start: &Vec3) -> Option
     }
 }
 
-/// Computes the closed forms; `None` when the pair has none.
+/// Computes the gap by closed forms; returns `None` if the pair has none.
 #[inline]
 fn closed(a: &Placed, b: &Placed) -> Option<Gap> {
     Some(match (a.core, b.core) {

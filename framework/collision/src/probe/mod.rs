@@ -47,7 +47,7 @@ pub struct Probe {
     hidden: Vec<bool>,
     /// Whether each pair is checked, row after row, both halves.
     meets: Vec<bool>,
-    /// How far each collider may move, m, for queries about a motion.
+    /// Greatest displacement of each collider, m, for queries about a motion.
     reach: Vec<f64>,
     /// Current point clouds and voxel maps: the fine shapes of these colliders.
     live: Vec<Option<Box<Solid>>>,
@@ -201,7 +201,7 @@ impl Probe {
         self.meets[a.index() * self.places.len() + b.index()]
     }
 
-    /// Sets how far a collider may move beyond its padding, m, for queries about a motion.
+    /// Sets the greatest displacement of a collider beyond its padding, m, for queries about a motion.
     #[track_caller]
     pub fn set_reach(&mut self, id: ColliderId, reach: f64) {
         self.reach[id.index()] = reach;
@@ -318,8 +318,8 @@ impl Probe {
         }
     }
 
-    /// Computes how far the spheres of near pairs are apart, relative to the smaller one. A sphere deep inside another, such as that around a floor,
-    /// has no significance.
+    /// Computes how far the spheres of near pairs are apart, relative to the smaller one. Spheres deep inside each other, for example inside the
+    /// sphere around a floor, say nothing about the distance of the shapes.
     fn measure(&mut self) {
         for at in 0..self.near.len() {
             let (i, j) = self.near[at].1;

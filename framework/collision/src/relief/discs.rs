@@ -9,7 +9,7 @@
 //! and one additional post at each patch. A piece whose control points lie below the rim is skipped; the others are searched with a fixed sequence of
 //! operations. No state is carried from step to step.
 //!
-//! Depth is the distance to the profile, so a wall contributes by how far the wheel was driven into it, not by its height. A patch next to a deeper
+//! Depth is the distance to the profile, so a wall contributes the penetration of the wheel, not its own height. A patch next to a deeper
 //! one contributes by its height above the saddle between them, and both share what is below the saddle. Patches therefore appear and disappear with
 //! zero weight. A floor and the face of a step, with air between them, both contribute fully. Depth changes by at most 3 times the motion on ground
 //! with slopes up to 3, and by at most 10 times at the edges of steeper faces (tests verify this), where a cubic over a quarter of the radius does

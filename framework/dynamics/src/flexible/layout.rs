@@ -8,7 +8,7 @@ use linkwork_multibody::modes::{Carrier, Modes, Station};
 use linkwork_multibody::{BodyId, Multibody};
 use linkwork_spatial::{Pose, RigidInertia, Vec3};
 
-/// What carries a frame while the tree is laid out.
+/// The body or station that carries a frame while the tree is built.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Hang {
     /// A slot; 0 is the world.

@@ -1,8 +1,8 @@
 //! Trees with flexible bodies: the same scatter and gather sweeps, with modes between a body's link and its stations.
 //!
 //! A flexible body consists of the link that carries its frame, a set of modal coordinates η on that link, and stations that η moves. Each station is
-//! a *slot* of the work arrays, after the slots of all links, so that whatever hangs on it has an ordinary parent. In the link's axes, with θ = Φ_r
-//! η:
+//! a *slot* of the work arrays, after the slots of all links, so that bodies and frames attached to it have an ordinary parent. In the link's axes,
+//! with θ = Φ_r η:
 //! ```text
 //! p = p₀ + Φ_t η − ½ x̂ ηᵀ G η                  R = exp(θ~) R₀
 //! Ψ = [Γ(θ) Φ_r;  Φ_t − x̂ (G η)ᵀ]              relative velocity of the station: Ψ η̇ (its H* on η)

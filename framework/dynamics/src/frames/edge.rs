@@ -22,7 +22,7 @@ pub(super) enum Level {
     Acceleration = 2,
 }
 
-/// What moves a frame.
+/// Cause of the motion of a frame.
 #[derive(Clone, Debug)]
 pub(super) enum Mover {
     Fixed,

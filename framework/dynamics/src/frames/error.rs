@@ -17,8 +17,8 @@ pub enum FramesError {
     },
     /// A flexible body, whose frames move with its modes.
     #[error(
-        "mechanism `{mechanism}`: body `{body}` is flexible, but frames support only rigid bodies\n  help: leave its \
-         modes out, or ask the workspace for poses of its nodes"
+        "mechanism `{mechanism}`: body `{body}` is flexible, but frames support only rigid bodies\n  help: remove \
+        its modes, or compute the poses of its nodes with the workspace"
     )]
     Flexible {
         /// The mechanism.
@@ -34,7 +34,7 @@ pub enum FramesError {
     },
     /// A frame cannot be attached to a frame that hangs on it.
     #[error(
-        "frame `{frame}` cannot be attached to {on}, which hangs on it\n  help: attach it to another frame"
+        "frame `{frame}` cannot be attached to {on}, which is attached to it\n  help: attach it to another frame"
     )]
     Cycle {
         /// The frame.

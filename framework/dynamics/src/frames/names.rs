@@ -70,7 +70,7 @@ impl Frames {
         Err(FramesError::Unknown {
             what: "frame",
             name: format!("number {}", frame.0),
-            help: format!("there are {}; does it belong to other `Frames`?", self.edges.len()),
+            help: format!("there are {} frames; use an id from these `Frames`", self.edges.len()),
         })
     }
 
@@ -78,7 +78,10 @@ impl Frames {
         self.mechanisms.get(id.0 as usize).ok_or_else(|| FramesError::Unknown {
             what: "mechanism",
             name: format!("number {}", id.0),
-            help: format!("there are {}; does it belong to other `Frames`?", self.mechanisms.len()),
+            help: format!(
+                "there are {} mechanisms; use an id from these `Frames`",
+                self.mechanisms.len()
+            ),
         })
     }
 

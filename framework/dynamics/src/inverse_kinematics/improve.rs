@@ -30,8 +30,8 @@ pub struct Improved {
 }
 
 impl InverseKinematics {
-    /// Minimizes c over the configurations that meet the targets of the last search, from `q` (nq), which must meet them. The result also meets them
-    /// within the tolerances of [`Effort`](super::Effort) and is within limits. `objective` returns c and its gradient (nv) at a configuration;
+    /// Minimizes c over the configurations that meet the targets of the last search, from `q` (nq), which must meet them. The result, too, meets the
+    /// goals within the tolerances of [`Effort`](super::Effort) and is within limits. `objective` returns c and its gradient (nv) at a configuration;
     /// `scale` (nv, positive) is D. Ends after the given number of kinematics evaluations, or when a step is shorter than 1e-10. Limits are not
     /// enforced for coordinates with several numbers of q. Does not allocate.
     #[track_caller]

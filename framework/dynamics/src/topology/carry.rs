@@ -26,8 +26,8 @@ pub struct Carried {
 /// Transfers the state of `old` to `new`. Bodies are matched by name. A body on the same hinge keeps its coordinates exactly. A body on another hinge
 /// keeps its pose and motion; the part of the motion that the new hinge does not permit is removed by an inelastic impact. A new body gets the state
 /// given in `start`. Prescribed coordinates of a different hinge are computed from the pose of the body, and their rates are those of `start`; a
-/// prescribed free hinge that starts at rest therefore grasps a body at any pose. The same holds for prescribed coordinates of the same hinge that
-/// were free before: a body that is held at rest does not move.
+/// prescribed free hinge that starts at rest therefore grasps a body at any pose. Prescribed coordinates of the same hinge that were free before also
+/// keep their values, so that a body that is now held at rest does not jump.
 ///
 /// # Errors
 /// [`TopologyError::Length`] and [`TopologyError::NotFinite`] for an invalid state; [`TopologyError::Unreachable`] when the new hinge cannot reach
@@ -145,7 +145,7 @@ impl PreviousState<'_> {
             name => Some(self.old.body(name).ok_or_else(|| TopologyError::Unknown {
                 action: "go over",
                 name: name.to_owned(),
-                help: "an existing body can hang only on another existing body or on the world",
+                help: "an existing body can be attached only to another existing body or to the world",
             })?),
         };
         let (X, V) = self.pair(parent, from)?;

@@ -35,7 +35,7 @@ pub enum TopologyError {
     },
     /// A body cannot hang on itself or on a body that hangs on it.
     #[error(
-        "body `{body}` cannot hang on `{onto}`, which hangs on it\n  help: attach it elsewhere, or \
+        "body `{body}` cannot be attached to `{onto}`, which is outboard of it\n  help: attach it elsewhere, or \
          reroot the tree first"
     )]
     OwnSubtree {
@@ -80,8 +80,7 @@ pub enum TopologyError {
     },
     /// The root of a body's tree is not free.
     #[error(
-        "the tree of `{body}` cannot be turned round: its root `{root}` does not hang on a free \
-         hinge\n  help: detach `{root}` first, or attach `{body}` with its subtree only"
+        "the tree of `{body}` cannot be rerooted: its root `{root}` does not have a free hinge\n  help: detach `{root}` first, or attach `{body}` with its subtree only"
     )]
     NotFree {
         /// The body.
@@ -91,8 +90,8 @@ pub enum TopologyError {
     },
     /// Loops or couplings prevent the operation.
     #[error(
-        "{action}: body `{body}` is in a mechanism with {constraint}\n  help: take that out first, or go over to \
-         the new mechanism by `carry`, which puts the state onto its loops and couplings"
+        "{action}: body `{body}` is in a mechanism with {constraint}\n  help: remove it first, or transfer the state \
+        to the new mechanism with `carry`, which satisfies its loops and couplings"
     )]
     Constrained {
         /// The operation.

@@ -80,7 +80,7 @@ pub struct Report {
 /// Maps indices of a mechanism before an edit to indices after it; `None`: deleted, or the hinge is different.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Places {
-    /// For each body.
+    /// Corresponding body of the other mechanism, for each body.
     pub bodies: Vec<Option<BodyId>>,
     /// For each entry of q.
     pub q: Vec<Option<usize>>,
@@ -357,8 +357,8 @@ impl Edit {
         Ok(self.accept(after, body, Some(body), &[body]))
     }
 
-    /// Performs [`Edit::reroot`] and [`Edit::attach`]: puts a body on a new hinge together with the *whole* free tree to which it belongs, regardless
-    /// of its structure.
+    /// Performs [`Edit::reroot`] and [`Edit::attach`]: attaches a body by a new hinge together with the *whole* free tree to which it belongs,
+    /// regardless of its structure.
     ///
     /// # Errors
     /// The errors of both.

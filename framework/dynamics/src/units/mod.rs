@@ -399,7 +399,7 @@ impl Units {
 enum Ends {
     /// The link itself moves with the end.
     Bodies,
-    /// The hinge of a link is meant, so the link is always a member.
+    /// The rows refer to the hinge of a link, so the link is always a member.
     Hinges,
 }
 

@@ -16,7 +16,7 @@ pub(super) struct Arm {
     pub tip: Pose,
 }
 
-/// Which of the first three axes make the position part solvable.
+/// Relation of the first three axes that makes the position part solvable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum First {
     Meet12,
@@ -25,7 +25,7 @@ pub(super) enum First {
     Parallel23,
 }
 
-/// Which axes make a closed form possible.
+/// Geometry of the axes that makes a closed form possible.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     /// Axes 4, 5 and 6 intersect in a point.

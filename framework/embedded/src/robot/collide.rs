@@ -178,7 +178,7 @@ impl Robot {
     ///
     /// # Errors
     /// [`RobotError::Length`]; [`RobotError::NotFinite`]; [`RobotError::OpensClosure`]; [`RobotError::OutOfRange`] for `least` outside 1e-9 … 1, and
-    /// for an end of the path beyond the limits of a slider, because the bound of how far a rotation moves a collider uses these limits.
+    /// for an end of the path beyond the limits of a slider, because the bound on the displacement of a collider by a rotation uses these limits.
     pub fn path_free(&mut self, qa: &[f64], qb: &[f64], least: f64) -> Result<Path, RobotError> {
         let mut progress = PathProgress::default();
         loop {
@@ -220,7 +220,7 @@ impl Robot {
             if let (true, Some(q)) = (slides, [qa, qb].into_iter().find(|q| beyond(q))) {
                 let help = "start and end within the limits of sliders and screws";
                 let value = q[s.q.start];
-                return Err(RobotError::OutOfRange { what: "a slider's place", value, help });
+                return Err(RobotError::OutOfRange { what: "position of a slider", value, help });
             }
         }
         let mut dv = std::mem::take(&mut self.collide.dv);

@@ -35,8 +35,8 @@ pub struct Shared {
     pub second: Force,
     /// The minimized sum.
     pub cost: f64,
-    /// Largest |τ| / limit over all joints of both chains that have a limit. Above 1 the joints cannot exert these forces; they are returned all the
-    /// same.
+    /// Largest |τ| / limit over all joints of both chains that have a limit. Above 1 the joints cannot exert these forces; the forces are returned
+    /// nevertheless.
     pub largest_share: f64,
 }
 

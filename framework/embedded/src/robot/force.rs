@@ -123,7 +123,7 @@ impl Robot {
             self.model.tip(p.part)?;
             numbers("moment of a push", p.wrench.moment.as_slice(), 3)?;
             numbers("force of a push", p.wrench.force.as_slice(), 3)?;
-            numbers("place of a push", p.at.as_slice(), 3)?;
+            numbers("position of a push", p.at.as_slice(), 3)?;
         }
         kinematics(&self.tree, &mut self.ws, &self.q, v.unwrap_or(&self.rest));
         self.fresh = true;

@@ -95,7 +95,7 @@ pub enum Outcome {
 /// Result of inverse kinematics, in addition to q.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Answer {
-    /// How the search ended.
+    /// Result of the search.
     pub outcome: Outcome,
     /// Residual of the tip's goal; undefined when the search is unfinished.
     pub residual: Residual,
@@ -222,8 +222,8 @@ impl Robot {
     /// of the whole robot) gives the configuration of the bodies that carry the chain, the value of the fixed hinge, and a reference: each angle is
     /// shifted by whole revolutions to the value within limits that is nearest to q's, and an angle that has no effect in a singular pose keeps its
     /// value. `out` receives whole configurations one after the other, sorted by distance from q (sum of squared angle differences). Room for
-    /// [`ClosedForm::MOST`] configurations is always sufficient. Returns the number of configurations; zero is a result, not an error. Each meets the
-    /// pose within 1e-9 m and rad. There is no search, so every call takes the same work.
+    /// [`ClosedForm::MOST`] configurations is always sufficient. Returns the number of configurations; zero is a result, not an error. Each solution
+    /// meets the pose within 1e-9 m and 1e-9 rad. There is no search, so every call takes the same work.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::OpensClosure`], [`RobotError::Length`], [`RobotError::NotFinite`],

@@ -18,7 +18,7 @@ use linkwork_collision::ColliderId;
 use linkwork_multibody::BodyId;
 use linkwork_spatial::Pose;
 
-/// What carries an attached object.
+/// Mounting of an attached object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mount {
     /// The other object.

@@ -70,7 +70,7 @@ impl Robot {
             },
             DynamicsError::Flexible { .. } => RobotError::Singular {
                 what: "forward dynamics of a flexible body",
-                help: "take a rigid one",
+                help: "use a rigid body",
             },
         })
     }

@@ -215,7 +215,7 @@ impl WholeBody {
         }
         for t in touches {
             robot.model.tip(t.part)?;
-            numbers("place of a touch", t.at.as_slice(), 3)?;
+            numbers("position of a contact", t.at.as_slice(), 3)?;
             numbers("normal of a contact", t.normal.as_slice(), 3)?;
             let help = "give a unit vector";
             let value = t.normal.norm();

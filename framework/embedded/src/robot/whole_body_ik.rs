@@ -147,7 +147,7 @@ impl WholeBodyIk {
 
     /// Searches for a configuration within limits in which every tip meets its goal. `q` (nq) is the start of the search on input and the solution,
     /// or the nearest configuration, on output. The robot's own q does not change. Objects that two of the robot's hands hold are in both hands in
-    /// the result, even if they are not at the start. Without goals the search only closes what is open.
+    /// the result, even if they are not at the start. Without goals the search only closes open loops.
     ///
     /// # Errors
     /// Like [`begin`](Self::begin) and [`resume`](Self::resume).

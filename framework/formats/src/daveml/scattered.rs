@@ -4,8 +4,8 @@
 //! inside      y = Σ b_k y_k over the corners of the triangle that x is in, b: barycentric coordinates
 //! outside     the value at the nearest place of the hull (in x)
 //! ```
-//! The triangulation is Delaunay's; for points on one circle it is one of several. The search for a triangle goes from one to the next, towards x, in
-//! about √n of n steps, without allocation.
+//! The triangulation is Delaunay's; for points on one circle it is one of several. The search for a triangle moves from one triangle to its neighbour
+//! towards x; it takes about √n steps for n triangles and does not allocate memory.
 
 use super::axis::Axis;
 use spade::{DelaunayTriangulation, Point2, Triangulation};

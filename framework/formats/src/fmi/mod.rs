@@ -125,16 +125,16 @@ pub enum Causality {
     Independent,
 }
 
-/// When a variable may change.
+/// Times at which a variable may change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Variability {
     /// Never.
     Constant,
     /// Not after the start.
     Fixed,
-    /// At events, from outside.
+    /// The variable may be set from outside, at events.
     Tunable,
-    /// At events.
+    /// The variable changes at events.
     Discrete,
     /// Always.
     Continuous,
@@ -154,7 +154,7 @@ pub enum Initial {
 /// A unit of measurement: SI value = `factor` × number + `offset`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnitDefinition {
-    /// As written.
+    /// Name as written in the file.
     pub name: String,
     /// Exponents of kg, m, s, A, K, mol, cd, rad with factor and offset; `None` if the file does not define it.
     pub base: Option<([i8; 8], f64, f64)>,
@@ -171,7 +171,7 @@ pub struct FmiVariable {
     pub kind: VariableKind,
     /// Its purpose.
     pub causality: Causality,
-    /// When it may change.
+    /// Times at which the variable may change.
     pub variability: Variability,
     /// The meaning of its start value, with the default of the standard.
     pub initial: Option<Initial>,

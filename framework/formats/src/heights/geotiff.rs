@@ -7,10 +7,10 @@
 //! ```
 //! `scale`, `offset` and `unit` come from GDAL's metadata; without a unit there, heights have the unit of the vertical reference system.
 //!
-//! Row 0 is the northern edge, or the southern one if the transformation of the file says so. Nodes without data are: samples equal to GDAL's no-data
-//! text, pixels outside an internal mask, strips and tiles that are not stored (in a file with a no-data text; in others they are zeros, like in
-//! GDAL), and the special pixels of ISIS. The no-data text is compared as a number in f64 and in f32, because files contain values such as
-//! −3.4028234663852886e+38 that a strict conversion changes.
+//! Row 0 is the northern edge, or the southern edge if the transformation of the file mirrors the rows. Nodes without data are: samples equal to
+//! GDAL's no-data text, pixels outside an internal mask, strips and tiles that are not stored (in a file with a no-data text; in others they are
+//! zeros, like in GDAL), and the special pixels of ISIS. The no-data text is compared as a number in f64 and in f32, because files contain values
+//! such as −3.4028234663852886e+38 that a strict conversion changes.
 
 mod lzw;
 mod mask;
@@ -355,7 +355,7 @@ fn one_band<R: Read + Seek>(decoder: &mut Decoder<R>) -> Result<bool, HeightsErr
     match decoder.colortype()? {
         ColorType::Gray(8 | 16 | 32 | 64) => {}
         other => {
-            return Err(HeightsError::Pixels { what: format!("pixels of the kind {other:?}") });
+            return Err(HeightsError::Pixels { what: format!("pixels of the type {other:?}") });
         }
     }
     Ok(decoder.find_tag_unsigned::<u16>(Tag::SampleFormat)? == Some(3))

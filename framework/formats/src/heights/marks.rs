@@ -1,7 +1,7 @@
 //! Heights that are probably marks of missing data which the file does not declare.
 //!
-//! Many programs write −9999 or −32768 where nothing was measured, and not every file says so. Read as heights they are holes of kilometres, in which
-//! vehicles fall and shadows begin.
+//! Many programs write −9999 or −32768 for missing data, and not every file declares this value. Read as heights they are holes of kilometres, in
+//! which vehicles fall and shadows begin.
 
 use super::HeightsError;
 

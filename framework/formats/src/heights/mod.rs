@@ -51,7 +51,7 @@ pub struct Heights {
     pub heights: Vec<f32>,
     /// The datum (m), which keeps all digits far from zero: 0 for heights below 16 km, otherwise a whole number of metres near the first height.
     pub datum: f64,
-    /// Distance of nodes along x and y (m).
+    /// Spacing of nodes along x and y (m).
     pub spacing: [f64; 2],
     /// x, y of the south-west node (m); zero if the file does not specify it.
     pub origin: [f64; 2],
@@ -147,11 +147,11 @@ pub enum HeightsError {
     Companion {
         /// Its name.
         name: String,
-        /// Why it cannot be read.
+        /// The reason for which it cannot be read.
         why: String,
     },
     /// An unknown file extension.
-    #[error("`{name}` does not have a format with heights\n  help: {KINDS}")]
+    #[error("`{name}` is not in a supported format of heights\n  help: {KINDS}")]
     Kind {
         /// Name of the file.
         name: String,

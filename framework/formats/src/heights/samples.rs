@@ -54,7 +54,7 @@ pub(super) struct Array {
 /// A value that means missing data, as in labels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Missing {
-    /// By its value.
+    /// Samples equal to a value.
     Value(f64),
     /// The bits, as an integer.
     Bits(u64),

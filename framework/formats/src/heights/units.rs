@@ -57,7 +57,7 @@ pub(super) enum Horizontal {
     Degrees(Option<Ellipsoid>),
 }
 
-/// Reads well-known text; one that is empty says metres.
+/// Reads well-known text; an empty text means metres.
 pub(super) fn well_known(text: &str) -> Result<WellKnown, HeightsError> {
     let upper = text.to_uppercase();
     let vertical = node(&upper, &["VERTCS[", "VERT_CS[", "VERTCRS[", "VERTICALCRS["]);

@@ -1,4 +1,4 @@
-//! The convex hull of points: each point is connected to the edges of the faces that it sees (O(n · faces)).
+//! Convex hull of points: each new point replaces the faces that are visible from it by faces to their outer edges (O(n · faces)).
 
 use linkwork_spatial::Vec3;
 use std::collections::BTreeSet;

@@ -45,7 +45,7 @@ struct Values<'e> {
     beyond: Option<&'e str>,
 }
 
-/// How the activation follows the control.
+/// Activation dynamics: how the activation follows the control.
 #[derive(Clone, Copy, PartialEq)]
 enum Dynamics {
     None,
@@ -102,7 +102,7 @@ impl<'e> Mj<'e> {
                 // Other actuators are listed with the unused elements.
                 if e.name == "adhesion" {
                     e.touch_all();
-                    let note = "element <adhesion>: no model pulls a body towards what it touches";
+                    let note = "element <adhesion>: no model pulls a body towards the surface that it touches";
                     cx.ignored.push(e.ignored(format!("mujoco/actuator/{}", e.label()), note));
                 }
                 continue;
@@ -250,8 +250,8 @@ impl<'e> Mj<'e> {
         let bounded = values.activation.0 != [0.0; 2] && values.activation.1 != Some(false);
         if bounded && values.dynamics == Dynamics::None {
             let [lower, upper] = values.activation.0;
-            let what = format!("{what} has actrange {lower} {upper} and no activation");
-            let help = "write dyntype, or leave actrange out".to_owned();
+            let what = format!("{what} has actrange {lower} {upper}, but no activation");
+            let help = "write dyntype, or remove actrange".to_owned();
             cx.fault(e.place(), FaultKind::Unsupported { what, help });
         }
         let time_constant = match values.dynamics {

@@ -304,7 +304,7 @@ impl<'e> Mj<'e> {
             Some(false) => None,
             None if !self.settings.autolimits => {
                 let fact =
-                    format!("{what} has `{range}` and no `{limited}`, and `autolimits` is false");
+                    format!("{what} has `{range}` but no `{limited}`, and `autolimits` is false");
                 let help = format!("write {limited}=\"true\" or {limited}=\"false\"");
                 cx.fault(place, FaultKind::Unsupported { what: fact, help });
                 None

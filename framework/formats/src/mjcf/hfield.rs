@@ -5,7 +5,8 @@
 //! height   Z (h − h_min) / (h_max − h_min)      in 32 bits until Z, as in MuJoCo; 0 if all are equal
 //! mass     that of a box of 2X × 2Y × (Z/2 + base), centred in the frame of the geom
 //! ```
-//! `elevation` and images begin with the row of the largest y, MuJoCo's own files with that of the smallest y. Of an image, 8 bits are used.
+//! `elevation` and images begin with the row of the largest y, MuJoCo's own files with that of the smallest y. For an image, 8 bits per pixel are
+//! used.
 
 use super::{Classed, Mj};
 use crate::error::{FaultKind, FilePlace};
@@ -214,7 +215,7 @@ fn written(cx: &mut Cx<'_>, asset: &Element, own: &str) -> Option<Field> {
 /// Reads a grey PNG as MuJoCo does, with 8 bits.
 fn of_image(bytes: &[u8]) -> Result<Field, String> {
     let options = HeightsOptions { spacing: Some([1.0; 2]), range: [0.0, 65535.0] };
-    let none = &mut |_: &str| Err("no file beside it".to_owned());
+    let none = &mut |_: &str| Err("its file was not found".to_owned());
     let read = read_heights("field.png", bytes, &options, none).map_err(|e| e.to_string())?;
     let heights = read.heights.iter().map(|h| (h / 256.0).floor()).collect();
     sized(read.ny, read.nx, heights)
@@ -231,7 +232,7 @@ fn of_binary(bytes: &[u8]) -> Result<Field, String> {
     let heights: Vec<f32> = heights.iter().map(|w| f32::from_le_bytes(*w)).collect();
     if !bytes.len().is_multiple_of(4) || rows.checked_mul(columns) != Some(heights.len()) {
         return Err(format!(
-            "its header has {rows} by {columns} points, and it has {} heights",
+            "its header states {rows} by {columns} points, but it has {} heights",
             heights.len()
         ));
     }
@@ -240,7 +241,9 @@ fn of_binary(bytes: &[u8]) -> Result<Field, String> {
 
 fn sized(rows: usize, columns: usize, heights: Vec<f32>) -> Result<Field, String> {
     match rows.min(columns) {
-        0 | 1 => Err(format!("it has {rows} by {columns} points, and at least 2 by 2 are needed")),
+        0 | 1 => {
+            Err(format!("it has {rows} by {columns} points, but at least 2 by 2 are required"))
+        }
         _ => Ok(Field { columns, heights }),
     }
 }

@@ -1,4 +1,4 @@
-//! What is known of the bodies around an element.
+//! Data of the bodies around an element.
 use crate::xml::Element;
 use linkwork_spatial::Pose;
 

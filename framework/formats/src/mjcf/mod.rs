@@ -120,7 +120,7 @@ struct Settings {
     total_mass: Option<f64>,
 }
 
-/// When the inertia of a body is computed from its geoms.
+/// Rule for the computation of the inertia of a body from its geoms.
 #[derive(Clone, Copy, PartialEq)]
 enum FromGeoms {
     Never,

@@ -86,7 +86,7 @@ struct JointAt<'e> {
 
 struct Sdf<'e> {
     frames: Frames<'e>,
-    /// By name of the body.
+    /// Links by the names of their bodies.
     links: BTreeMap<String, Link<'e>>,
     joints: Vec<JointAt<'e>>,
 }

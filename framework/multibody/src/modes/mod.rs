@@ -55,7 +55,7 @@ pub struct Modes {
     pub damping: Vec<f64>,
     /// Points with mass, and points where other bodies or nodes may be attached.
     pub stations: Vec<Station>,
-    /// How a frame attached to the body finds its station.
+    /// Rule by which a frame attached to the body is assigned to a station.
     #[serde(default)]
     pub attachment: Attachment,
 }
@@ -91,7 +91,7 @@ pub struct Shortening {
     pub matrix: Vec<f64>,
 }
 
-/// How a child's hinge frame, or a node, finds the station that carries it.
+/// Rule by which a child's hinge frame or a node is assigned to the station that carries it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Attachment {
     /// Rigidly attached to the nearest station; an error if that is farther than `tolerance`.

@@ -5,8 +5,8 @@
 //! U = ½ D ∫∫ w_xx² + w_yy² + 2 ν w_xx w_yy + 2 (1 − ν) w_xy²,   D = E h³ / 12 (1 − ν²)
 //! T = ½ ρ h ∫∫ ẇ²
 //! ```
-//! Eight by eight terms. No rotary inertia, no shear, no shortening: the plane of the plate stays as long as it was, so
-//! a fast spin does not stiffen it.
+//! Eight by eight terms. Rotary inertia, shear and shortening are not modelled: the plane of the plate keeps its length, so a fast spin does not
+//! stiffen it.
 
 use super::eigen::{gauss, lowest};
 use super::validate::GeneratorFault;

@@ -19,8 +19,8 @@ pub enum ModesFault {
     NoStations,
     /// The length of a list does not match the number of modes.
     #[error(
-        "{place}: {got} numbers or vectors where {modes} modes need {want}\n  help: the first station's \
-         `translation` says how many modes there are"
+        "{place}: {got} numbers or vectors, but {modes} modes need {want}\n  help: the first station's `translation` \
+        defines the number of modes"
     )]
     Length {
         /// Location.
@@ -48,8 +48,8 @@ pub enum ModesFault {
     },
     /// A stiffness or damping matrix would add energy.
     #[error(
-        "{place}: least eigenvalue {eigenvalue}, mostly of mode {mode} (from 0)\n  help: it must not be \
-         negative; check signs, and leave out modes of negative stiffness"
+        "{place}: the smallest eigenvalue is {eigenvalue}, mostly of mode {mode} (from 0)\n  help: it must not be \
+         negative; check signs, and remove modes of negative stiffness"
     )]
     Negative {
         /// Location.
@@ -61,9 +61,9 @@ pub enum ModesFault {
     },
     /// Two modes are the same motion of the mass, or one moves no mass.
     #[error(
-        "modes are not independent: mode {mode} (from 0) moves no mass that the others do not move \
-         alike (least eigenvalue of the scaled modal mass matrix {eigenvalue})\n  help: leave it out, or \
-         give mass to the stations that it moves; orthogonality is not needed"
+        "modes are not independent: the motion of all masses in mode {mode} (from 0) is a combination of other modes \
+        (smallest eigenvalue of the scaled modal mass matrix {eigenvalue})\n  help: remove it, or add mass to the \
+        stations that it moves; orthogonality is not needed"
     )]
     Dependent {
         /// The mode with the largest component in the eigenvector.

@@ -1,4 +1,4 @@
-//! `linkwork new`: creates a simulation, a rover, a model or a library that runs and is tested as it is.
+//! `linkwork new`: creates a simulation, a rover, a model or a library that runs and passes its tests without changes.
 //!
 //! The templates are in `framework/program/templates`; words between `@` are replaced. Existing files are never overwritten.
 mod library;
@@ -10,7 +10,7 @@ use crate::program::program;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// What to create.
+/// Kind of the item to create.
 #[derive(clap::Subcommand, Clone, Debug)]
 pub enum Kind {
     /// A folder with a small simulation: an arm that a servo moves, with suggestions for changes.

@@ -362,7 +362,7 @@ impl Reader {
         {
             if a.1.is_some() && b.1.is_none() {
                 let message = format!("{what} has `{}`, but lacks `{}`", a.0, b.0);
-                self.fault(v.origin, message, format!("write {}: .., too", b.0));
+                self.fault(v.origin, message, format!("add {}: ..", b.0));
             }
         }
         let ellipsoid = match radius {

@@ -311,7 +311,7 @@ impl Beside {
             let how = if rows == n {
                 "rows of the table"
             } else {
-                "instants of the log, between rows of the table"
+                "instants of the log, with the table interpolated"
             };
             say!("{}: {n} {how}", track.body);
             say!("    {}", PrintedDifference("position", "m", 1.0, position));

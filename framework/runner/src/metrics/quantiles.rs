@@ -59,7 +59,7 @@ impl Quantiles {
         self.values.push((value, time, moving));
     }
 
-    /// In place, without allocating.
+    /// Sorts in place, without allocating memory.
     fn sort(values: &mut [Mass]) {
         values.sort_unstable_by(|a, b| {
             a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.total_cmp(&b.2))
@@ -124,7 +124,7 @@ impl Quantiles {
     }
 }
 
-/// Merges two values. Unless they are equal, the result stands for all values between them.
+/// Merges two values. If they are different, the result stands for all values between them.
 fn joined(a: Mass, b: Mass) -> Mass {
     let time = a.1 + b.1;
     let moving = if a.0 == b.0 { a.2 + b.2 } else { time };

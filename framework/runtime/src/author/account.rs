@@ -5,13 +5,13 @@
 pub enum Account {
     /// An amount that the part holds: J, kg or C.
     Stored,
-    /// A rate at which the part takes from outside of the simulation: W, kg/s or A.
+    /// A rate at which the part receives from outside of the simulation: W, kg/s or A.
     Gained,
     /// A rate at which the part gives to outside of the simulation: W, kg/s or A.
     Lost,
 }
 
-/// What is conserved.
+/// A conserved quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Quantity {
     /// Energy, J.
@@ -26,7 +26,7 @@ impl Quantity {
     /// All of them.
     pub const ALL: [Quantity; 3] = [Quantity::Energy, Quantity::Mass, Quantity::Charge];
 
-    /// Its name.
+    /// Returns its name.
     pub fn name(self) -> &'static str {
         match self {
             Quantity::Energy => "energy",
@@ -63,13 +63,13 @@ impl Quantity {
 pub struct OwnAccount {
     /// Name: `kinetic energy`.
     pub name: &'static str,
-    /// What it is.
+    /// Role of the number.
     pub account: Account,
-    /// What it counts.
+    /// Quantity that it counts.
     pub quantity: Quantity,
 }
 
-/// The accounts of a block, and what it exchanges without knowing how much.
+/// The accounts of a block, and its exchanges whose amounts it cannot compute.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OwnAccounts {
     /// Numbers that it reports, in the order of [`crate::Block::accounts`].

@@ -10,11 +10,11 @@ pub struct BindSpec {
     pub bind: String,
     /// The target.
     pub target: BindTarget,
-    /// Where it is written.
+    /// Position in the file.
     pub origin: Origin,
 }
 
-/// What a part is bound to.
+/// Target of a binding.
 #[derive(Clone, Debug, PartialEq)]
 pub enum BindTarget {
     /// A node of the mechanism by its full name, or a body (its hinge-side origin).
@@ -30,9 +30,9 @@ pub enum BindTarget {
     Loop {
         /// The loop.
         name: String,
-        /// Which of its prescribed subhinges, from 0.
+        /// Index of the prescribed subhinge, from 0.
         index: usize,
     },
-    /// A field: the path of its part, or its end as seen from an assembly around the part that binds.
+    /// A field: the path of its part, or the end of this path relative to an assembly around the part that binds.
     Field(String),
 }

@@ -130,11 +130,11 @@ pub trait Block: Send {
     ) -> Outcome {
         Ok(())
     }
-    /// Discrete state that follows from the present levels, in place: [`Model::mode`].
+    /// Computes the discrete state that follows from the present levels, in place: [`Model::mode`].
     fn mode(&mut self, _now: &EvalTime, _x: &[f64], _d: &mut [f64], _sig: &[f64]) -> Outcome {
         Ok(())
     }
-    /// State after guards reached zero.
+    /// Computes the state after guards reached zero.
     fn handle_event(
         &mut self,
         _now: &EvalTime,
@@ -145,7 +145,7 @@ pub trait Block: Send {
     ) -> Outcome {
         Ok(())
     }
-    /// What is allowed and probably not meant, seen at the start of a run.
+    /// Returns warnings about settings that are allowed but probably not intended, at the start of a run.
     fn startup_warnings(
         &mut self,
         _now: &EvalTime,
@@ -155,7 +155,7 @@ pub trait Block: Send {
     ) -> Vec<BuildError> {
         Vec::new()
     }
-    /// Returns a warning about a guard that is due, before it fires; it may stop the run. One guard of `which` is due.
+    /// Returns a warning about a guard that is due, before it fires; it may stop the run. Exactly one guard of `which` is due.
     fn runtime_warning(
         &mut self,
         _now: &EvalTime,
@@ -170,16 +170,16 @@ pub trait Block: Send {
     fn project_change(&mut self, _x: &[f64], _change: &mut [f64]) -> Outcome {
         Ok(())
     }
-    /// After a step of an integrator: the state back onto its manifold (unit quaternions, closed loops).
+    /// Projects the state back onto its manifold after a step of an integrator (unit quaternions, closed loops).
     fn project(&mut self, _x: &mut [f64]) -> Outcome {
         Ok(())
     }
-    /// Brings states up to date that are constant within a step, at a state from which the run continues: a row, an event, the end of a step. The
-    /// operations have been evaluated there if `now` is their evaluation. Returns whether it changed a state that they depend on. Called only if
-    /// [`Prototype::rearranges`].
+    /// Updates states that are constant within a step. It is called at a state from which the run continues: at a row, an event, or the end of a
+    /// step. The operations have been evaluated at this state if `now` is their evaluation. Returns whether it changed a state that they depend on.
+    /// Called only if [`Prototype::rearranges`].
     ///
     /// # Errors
-    /// The run cannot go on from this state.
+    /// The run cannot continue from this state.
     fn rearrange(
         &mut self,
         _now: &EvalTime,
@@ -188,47 +188,47 @@ pub trait Block: Send {
     ) -> Result<bool, Box<Failure>> {
         Ok(false)
     }
-    /// Semi-implicit Euler: [`Description::positions`] to `h` s later along the velocities in `x`.
+    /// Semi-implicit Euler: Advances [`Description::positions`] by `h` s along the velocities in `x`.
     fn retract(&mut self, _x: &mut [f64], _h: f64) -> Outcome {
         Ok(())
     }
-    /// A step of `h` s by a method of its own, before the other states are integrated. Outputs
-    /// that no operation writes are written here.
+    /// Performs a step of `h` s by the block's own method, before the other states are integrated. This function writes the outputs that no operation
+    /// writes.
     fn advance(&mut self, _now: &EvalTime, _h: f64, _x: &mut [f64], _sig: &mut [f64]) -> Outcome {
         Ok(())
     }
-    /// Fills in what [`Prototype::accounts`] names, at the state of the last evaluation.
+    /// Writes the values of [`Prototype::accounts`] at the state of the last evaluation.
     fn accounts(&mut self, _now: &EvalTime, _x: &[f64], _sig: &[f64], _out: &mut [f64]) {}
     /// Returns a warning about the last step of [`Block::advance`]; each block warns once in a run.
     fn warns(&mut self) -> Option<BuildError> {
         None
     }
-    /// Of a field: itself with its data, as its readers see it.
+    /// For a field: returns the field with its data for its readers.
     fn shown(&self) -> Option<SharedField> {
         None
     }
-    /// What it shows on the ground.
+    /// Returns the ground overlay of the part.
     fn overlay(&self) -> Option<SharedOverlay> {
         None
     }
-    /// Takes the field that it reads, or lets go of it.
+    /// Receives the field that the part reads; `None` releases it.
     fn see(&mut self, _shown: Option<&SharedField>) {}
-    /// The store as bytes; empty when the model has none.
+    /// Returns the store as bytes; empty if the model has none.
     ///
     /// # Errors
-    /// Why it cannot be saved.
+    /// The reason for which the store cannot be saved.
     fn save_store(&self) -> Result<Vec<u8>, String>;
     /// Takes the store back.
     ///
     /// # Errors
-    /// Why these bytes are not one.
+    /// The reason for which the bytes are not a store of this model.
     fn load_store(&mut self, bytes: &[u8]) -> Result<(), String>;
-    /// Copies the store; what `into` holds of the same type is used again.
+    /// Copies the store; reuses the contents of `into` if they have the same type.
     fn copy_store(&self, _into: &mut Option<Box<dyn Any + Send>>) {}
     /// Takes a copy back.
     fn take_store(&mut self, _from: &dyn Any) {}
-    /// A copy with its own store, for a fork of the run. Where [`Prototype::can_save`] says no, every
-    /// operation of the copy is an error that says so.
+    /// Returns a copy with its own store, for a fork of the run. If [`Prototype::can_save`] returns an error, every operation of the copy returns
+    /// this error.
     fn fork(&self) -> Box<dyn Block>;
 }
 
@@ -240,7 +240,7 @@ pub fn copy_store<T: Clone + Send + 'static>(store: &T, into: &mut Option<Box<dy
     }
 }
 
-/// A store as bytes; none for a model without.
+/// Returns a store as bytes; empty for a model without a store.
 pub(crate) fn store_bytes<T: Store>(store: &T) -> Result<Vec<u8>, String> {
     if std::mem::size_of::<T>() == 0 {
         return Ok(Vec::new());
@@ -258,70 +258,70 @@ pub(crate) fn read_store<T: Store>(store: &mut T, bytes: &[u8]) -> Result<(), St
 
 /// A built model, not yet wired.
 pub trait Prototype: Any + Send + Sync {
-    /// What is known of it.
+    /// Returns the description of the part.
     fn description(&self) -> &Description;
-    /// Its parameters, resolved.
+    /// Returns its resolved parameters.
     fn params(&self) -> &Value;
     /// State at the start: X and D lanes.
     fn initial(&self, x: &mut [f64], d: &mut [f64]);
-    /// True when it has a store.
+    /// True if the model has a store.
     fn stored(&self) -> bool;
-    /// Whether what its block stores can be saved and copied.
+    /// Checks whether the store of the block can be saved and copied.
     ///
     /// # Errors
-    /// Why not: checkpoints, forks and snapshots are refused with the part's path.
+    /// The reason for which it cannot; checkpoints, forks and snapshots then return an error with the path of the part.
     fn can_save(&self) -> Result<(), String> {
         Ok(())
     }
-    /// Of a field: the parts that write to it, in path order; its inputs follow from them.
+    /// For a field: receives the parts that write to it, in path order; its inputs follow from them.
     fn written_by(&mut self, _writers: &[&str]) {}
     /// Whether its block changes states between steps: [`Block::rearrange`].
     fn rearranges(&self) -> bool {
         false
     }
-    /// Outputs that another part has to take up, each with what is lost where none does.
+    /// Outputs that another part must read, each with a warning that says what is lost otherwise.
     fn must_be_read(&self) -> Vec<(&'static str, BuildError)> {
         Vec::new()
     }
-    /// Inputs that have to be wired although they have a default, each with the reason.
+    /// Inputs that must be wired although they have a default, each with the reason.
     fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
         Vec::new()
     }
-    /// What its block counts in balances besides its ports.
+    /// Accounts that the block adds to the balances besides its ports.
     fn accounts(&self) -> OwnAccounts {
         OwnAccounts::default()
     }
     /// Wires it.
     fn block(&self, wiring: Wiring) -> Box<dyn Block>;
-    /// Names of its states and outputs, where they are not `<path>.<port>`.
+    /// Names of its states and outputs, if they differ from `<path>.<port>`.
     fn names(&self, _wiring: &Wiring) -> Option<Vec<Named>> {
         None
     }
-    /// One flag for each of its continuous states: whether it is no number by itself, but held together with others when
-    /// the state is brought back onto its manifold. Empty: none is.
+    /// One flag for each of its continuous states: true if the state is coupled to others by the projection onto the manifold, as the components of a
+    /// quaternion are. Empty: none is.
     fn held_together(&self) -> Vec<bool> {
         Vec::new()
     }
-    /// Its continuous states that are rates of hinges which parts drive.
+    /// Its continuous states that are rates of hinges driven by parts.
     fn driven_rates(&self) -> Vec<usize> {
         Vec::new()
     }
-    /// The last preparation, once every wire is right.
+    /// Completes the part when all wires are correct.
     ///
     /// # Errors
-    /// What of the part cannot start.
+    /// The fault because of which the part cannot start.
     fn settle(&mut self, _wiring: &Wiring) -> Result<(), crate::author::value::Fault> {
         Ok(())
     }
-    /// What else tells it from others with the same parameters, for the hash of the plan.
+    /// Data that distinguish it from parts with the same parameters, for the hash of the plan.
     fn fingerprint(&self) -> String {
         String::new()
     }
-    /// State of this part when a run moves here from another plan, in which `old` stood at the same
-    /// path. `to` (its lanes of x and d) holds the initial state.
+    /// Computes the state of this part when a run moves from another plan, in which `old` has the same path. `to` (its lanes of x and d) holds the
+    /// initial state.
     ///
     /// # Errors
-    /// Why the two do not go together.
+    /// The reason for which the state cannot be carried over.
     fn carry(
         &self,
         old: &dyn Prototype,
@@ -356,24 +356,24 @@ pub struct OldState<'a> {
     pub sig: &'a [f64],
 }
 
-/// What of a part's state a move between plans took over.
+/// Part of the state that a move between plans carried over.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Carried {
-    /// Nothing: it starts anew.
+    /// Nothing was carried over; the part starts anew.
     New,
     /// All, the store too.
     Whole,
-    /// The state, by rules of its own, but no store; with what is to be told of it.
+    /// The state by the part's own rules, without a store; the texts go into the report.
     State(Vec<String>),
 }
 
-/// A variable that a block names itself.
+/// A variable with a name that the block chooses itself.
 pub struct Named {
     /// Whole path.
     pub path: String,
-    /// Where.
+    /// Location of the variable.
     pub place: crate::author::variable::Place,
-    /// What.
+    /// Role of the variable.
     pub role: crate::author::variable::Role,
     /// Unit.
     pub unit: Text,
@@ -420,12 +420,12 @@ struct Wired<M: Model> {
     model: Arc<M>,
     w: Wiring,
     store: M::Store,
-    /// Zeros: the argument `y` of `derivatives` that does not read it.
+    /// Zeros, passed as the argument `y` of `derivatives` if the model does not use that argument.
     none: M::FeedthroughOutputs,
 }
 
 impl Wiring {
-    /// The clock of a model with this wiring.
+    /// Returns the clock of a model with this wiring.
     #[inline(always)]
     pub fn clock(&self, now: &EvalTime) -> Clock {
         let since = now.tick.saturating_sub(self.offset);

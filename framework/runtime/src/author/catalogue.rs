@@ -48,7 +48,7 @@ enum Maker {
     Service(ServiceKind, MakeService),
 }
 
-/// A Rust type of which a part can be made: a model, a service or a field. The macros `#[model]`, `#[service]` and
+/// A Rust type from which a part can be built: a model, a service or a field. The macros `#[model]`, `#[service]` and
 /// `#[field]` implement it.
 pub trait PartType: 'static {
     /// Sets its parameters.
@@ -63,7 +63,7 @@ pub struct Entry {
     /// Description of the model or service.
     pub description: Arc<Description>,
     maker: Maker,
-    /// The Rust type, when there is one.
+    /// The Rust type, if there is one.
     of: Option<TypeId>,
 }
 
@@ -269,10 +269,10 @@ impl Catalogue {
         Ok(())
     }
 
-    /// Adds an entry, unless the same type is there already.
+    /// Adds an entry, unless an entry with the same type exists.
     ///
     /// # Errors
-    /// The name, when another entry has it.
+    /// Returns the name if an entry with another type has it.
     pub fn include(&mut self, entry: Entry) -> Result<(), String> {
         match self.entries.get(&*entry.description.name) {
             Some(there) if there.of.is_some() && there.of == entry.of => Ok(()),

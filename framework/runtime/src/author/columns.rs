@@ -1,11 +1,11 @@
-//! Lists from the columns of a CSV file, wherever a parameter takes a list.
+//! Reading of list parameters from the columns of a CSV file.
 //! ```text
 //! (file: "drag.csv", column: "CD")                 a list of numbers
 //! (file: "drag.csv", columns: ["0 deg", "5 deg"])  a list of rows, one for each line of the file
 //! ```
 //! The first line names the columns, each with its unit in brackets: `time [s], left front [deg]`; a column without a unit is in SI. Lines that
-//! begin with `#` are comments. Columns are separated by commas; by semicolons or tabs where the first line has these and no commas, and a decimal
-//! comma is then read as well. A byte order mark is skipped.
+//! begin with `#` are comments. Columns are separated by commas; if the first line has semicolons or tabs and no commas, by those, and numbers may
+//! then have a decimal comma. A byte order mark is skipped.
 
 use crate::author::params::{Param, ParamSpec, ReadCx, list};
 use crate::author::value::{Located, Origin, Value, remedy};
@@ -16,7 +16,7 @@ pub struct Columns {
     file: String,
     /// Name and unit of each column.
     headings: Vec<(String, Option<String>)>,
-    /// Line in the file, and cells.
+    /// Line number in the file, and cells of each row.
     records: Vec<(u64, Vec<String>)>,
     decimal_comma: bool,
 }
@@ -31,7 +31,7 @@ fn heading(text: &str) -> (String, Option<String>) {
     }
 }
 
-/// The separator of the columns of a text, by its first line that is no comment.
+/// Finds the separator of the columns of a text from its first line that is not a comment.
 pub fn separator(text: &str) -> u8 {
     let first = text.lines().find(|l| !l.trim().is_empty() && !l.starts_with('#')).unwrap_or("");
     match (first.contains(','), first.contains(';'), first.contains('\t')) {
@@ -43,10 +43,10 @@ pub fn separator(text: &str) -> u8 {
 }
 
 impl Columns {
-    /// Reads a text; the error says the line.
+    /// Reads a text; the error names the line.
     ///
     /// # Errors
-    /// Rows of different lengths, or no row.
+    /// Rows have different lengths, or there is no row.
     pub fn parse(file: &str, text: &str) -> Result<Columns, String> {
         let separator = separator(text);
         let mut reader = csv::ReaderBuilder::new()
@@ -63,7 +63,7 @@ impl Columns {
             records.push((line, record.iter().map(String::from).collect()));
         }
         if records.is_empty() {
-            return Err(format!("{file} has no line under its headings"));
+            return Err(format!("{file} has no rows below its headings"));
         }
         Ok(Columns { file: file.into(), headings, records, decimal_comma: separator != b',' })
     }
@@ -73,10 +73,10 @@ impl Columns {
         self.headings.iter().map(|(name, unit)| (name.as_str(), unit.as_deref()))
     }
 
-    /// The place of a column; the error names the columns that there are.
+    /// Returns the index of a column; the error lists the existing columns.
     ///
     /// # Errors
-    /// No column, or more than one, of the name: fact and remedy.
+    /// No column, or more than one, has the name; returns fact and remedy.
     pub fn find(&self, name: &str) -> Result<usize, (String, String)> {
         let mut found = self.headings.iter().enumerate().filter(|(_, h)| h.0 == name);
         match (found.next(), found.next()) {
@@ -93,12 +93,12 @@ impl Columns {
         }
     }
 
-    /// Lines of the file that hold rows.
+    /// Returns the line numbers of the rows in the file.
     pub fn lines(&self) -> impl ExactSizeIterator<Item = u64> {
         self.records.iter().map(|(line, _)| *line)
     }
 
-    /// The value in row `row` and column `k`, as if it had been written in place of the name of the file: a number, with the unit of its column.
+    /// Returns the value in row `row` and column `k` as if it were written in the configuration: a number with the unit of its column.
     pub fn cell(&self, row: usize, k: usize, origin: Origin) -> Located {
         let text = self.records[row].1.get(k).map_or("", String::as_str);
         let parsed = text.parse::<f64>().ok();
@@ -117,7 +117,7 @@ impl Columns {
         Located { value, origin }
     }
 
-    /// Names `file:line` in the faults from the `from`-th on.
+    /// Adds `file:line` to the faults from the `from`-th on.
     pub fn name_line(&self, row: usize, from: usize, cx: &mut ReadCx<'_>) {
         for fault in cx.faults.iter_mut().skip(from) {
             fault.message = format!("{}:{}: {}", self.file, self.records[row].0, fault.message);
@@ -156,7 +156,7 @@ impl Columns {
         }
     }
 
-    /// The columns that a map names: one, or several.
+    /// Returns the columns that a map names: one or several.
     fn wanted(&self, v: &Located, at: &str, cx: &mut ReadCx<'_>) -> Option<(Vec<usize>, bool)> {
         let (names, single): (Vec<(String, Origin)>, bool) =
             match (v.get("column"), v.get("columns")) {
@@ -176,7 +176,7 @@ impl Columns {
                         format!("write `column: ..` or `columns: [..]`, of: {}", names.join(", "));
                     cx.fault(
                         v.origin,
-                        format!("{at}: one column or a list of columns is wanted"),
+                        format!("{at}: one column or a list of columns is expected"),
                         Some(help),
                     );
                     return None;
@@ -235,7 +235,7 @@ pub(crate) fn read_list<T: Param>(
     let before = cx.faults.len();
     let Some((wanted, single)) = table.wanted(v, &at, cx) else {
         if cx.faults.len() == before {
-            cx.fault(v.origin, format!("{at}: names of columns are texts"), None);
+            cx.fault(v.origin, format!("{at}: names of columns must be texts"), None);
         }
         return None;
     };

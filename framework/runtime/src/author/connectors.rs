@@ -6,11 +6,12 @@
 //! | propellant | [`Propellant`] | [`MassFlow`]; the source takes the sum: [`MassFlows`] |
 //! | heat | [`Temperature`] | [`HeatFlow`], positive into the source, which is a thermal node and takes the sum: [`HeatFlows`] |
 //!
-//! A part that only gives heat, such as a motor, has [`HeatFlow`] alone; it may stay open: its heat then goes to the surroundings.
+//! A part that only supplies heat, such as a motor, has [`HeatFlow`] alone; if its connector is not connected, the heat goes to the surroundings.
 //!
-//! A load has [`Voltage`] (or [`OpenVoltage`], where it may stay open) among its inputs and [`Current`] among its outputs; a source has [`Currents`] among its inputs and [`Voltage`] among its
-//! outputs. A current is positive where the load takes power; negative where it gives power back. A voltage must not depend at once on the
-//! current that is drawn, because that is an algebraic loop: a battery has its voltage as state, an ideal supply has a constant one.
+//! A load has [`Voltage`] (or [`OpenVoltage`], if it may remain unconnected) among its inputs and [`Current`] among its outputs; a source has
+//! [`Currents`] among its inputs and [`Voltage`] among its outputs. A current is positive while the load takes power and negative while it feeds
+//! power back. A voltage must not depend directly on the current that is drawn, because that is an algebraic loop; therefore a battery has its
+//! voltage as a state, and an ideal supply has a constant voltage.
 use linkwork_derive::Ports;
 
 /// Voltage between the poles of a connector.
@@ -45,7 +46,7 @@ pub struct Currents {
     pub current: f64,
 }
 
-/// Whether there is propellant at a connector.
+/// Availability of propellant at a connector.
 #[derive(Ports, Clone, Copy, Debug, PartialEq)]
 pub struct Propellant {
     /// There is propellant.
@@ -99,19 +100,19 @@ impl Voltage {
         Current { current: if self.is_on() { power / self.voltage } else { 0.0 } }
     }
 
-    /// Whether there is a voltage: a device without one gives nothing.
+    /// Returns whether there is a voltage; without it a device has no output.
     pub fn is_on(&self) -> bool {
         self.voltage > 0.0
     }
 
-    /// Returns the limit of a device on this supply, in its unit: `most` while there is a voltage, else 0.
+    /// Returns the limit of a device on this supply, in its unit: Returns `most` while there is a voltage, else 0.
     pub fn limit(&self, most: f64) -> f64 {
         if self.is_on() { most } else { 0.0 }
     }
 }
 
 impl OpenVoltage {
-    /// As [`Voltage::current_of`].
+    /// Returns the current like [`Voltage::current_of`].
     pub fn current_of(&self, power: f64) -> Current {
         Voltage { voltage: self.voltage }.current_of(power)
     }

@@ -1,13 +1,13 @@
-//! Texts for people: the parts of documentation that lists and messages show, and numbers as people write them.
+//! Texts for users: the parts of documentation that lists and messages show, and formatting of numbers.
 
-/// The first paragraph of a text in one line.
+/// Returns the first paragraph of a text in one line.
 #[must_use]
 pub fn first_paragraph(doc: &str) -> String {
     let lines = doc.lines().map(str::trim).skip_while(|line| line.is_empty());
     lines.take_while(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
 }
 
-/// The first sentence of a text in one line: up to a full stop before a space and a capital letter.
+/// Returns the first sentence of a text in one line: up to a full stop before a space and a capital letter.
 #[must_use]
 pub fn first_sentence(doc: &str) -> String {
     let text = first_paragraph(doc);
@@ -18,7 +18,7 @@ pub fn first_sentence(doc: &str) -> String {
     text[..end.unwrap_or(text.len())].to_string()
 }
 
-/// A number with six digits and without trailing zeros: `-33.1549`, `0.00900651`, with a power of ten below 1e-3 and from 1e6.
+/// Formats a number with six digits and without trailing zeros: `-33.1549`, `0.00900651`, with a power of ten below 1e-3 and from 1e6.
 #[must_use]
 pub fn number(v: f64) -> String {
     if v != 0.0 && !(1e-3..1e6).contains(&v.abs()) {

@@ -76,7 +76,7 @@ impl Soil {
 pub struct Surface {
     /// x, y of the first node (m).
     pub origin: [f64; 2],
-    /// Distance of nodes along x and y (m).
+    /// Spacing of nodes along x and y (m).
     pub spacing: [f64; 2],
     /// Nodes along x.
     pub nx: usize,
@@ -150,7 +150,7 @@ pub trait Terrain: Send + Sync {
             return Ok(());
         }
         let fact = "the terrain has no soil";
-        let help = "write `soil: (kind: DrySand)`, or another kind, at the terrain (`linkwork describe environment.flat` lists them)";
+        let help = "write `soil: (kind: DrySand)`, or another kind, in the terrain (`linkwork describe environment.flat` lists them)";
         Err(BuildError::new(fact).help(help))
     }
     /// Returns heights for display; large maps are thinned out.
@@ -162,7 +162,7 @@ pub trait Terrain: Send + Sync {
     fn nodes(&self) -> Result<Surface, BuildError> {
         Ok(self.surface())
     }
-    /// Returns the first failure since the creation of the service (such as a damaged tile), with a remedy. There is no ground at that place, and a
+    /// Returns the first failure since the creation of the service (such as a damaged tile), with a remedy. There is no ground at that position; the
     /// run stops at the end of the step in which the failure occurs.
     fn failure(&self, _t: f64) -> Option<BuildError> {
         None
@@ -178,10 +178,10 @@ pub trait Terrain: Send + Sync {
             return None;
         }
         let fact = format!(
-            "the map reaches from ({x0:.1}, {y0:.1}) to ({x1:.1}, {y1:.1}) m, and there is no ground at ({:.1}, {:.1}) m, where the height is {:.3} m and that of its edge {edge:.3} m",
+            "the map extends from ({x0:.1}, {y0:.1}) to ({x1:.1}, {y1:.1}) m, so there is no ground at ({:.1}, {:.1}) m, where the machine is at a height of {:.3} m and the edge of the map at {edge:.3} m",
             p.x, p.y, p.z
         );
-        let help = "make the map larger, or end the run earlier (`stop_when`): there is no ground contact off the map";
+        let help = "make the map larger, or end the run earlier (`stop_when`): there is no ground contact outside of the map";
         Some(BuildError::new(fact).help(help))
     }
     /// Returns the rocks, which are already part of the heights.

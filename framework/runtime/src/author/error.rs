@@ -1,21 +1,21 @@
 //! Errors and warnings of models and services.
 
-/// A model cannot be built from these parameters; or what a part or a service says of a run, when it begins or in the middle of it.
+/// Error of a model that cannot be built from its parameters, or error or warning of a part or service at the start of a run or during it.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{message}")]
 pub struct BuildError {
-    /// What is wrong.
+    /// The fact.
     pub message: String,
-    /// What to do about it.
+    /// The remedy.
     pub help: Option<String>,
-    /// The parameter at fault, when it is one.
+    /// The faulty parameter, if a parameter is the cause.
     pub param: Option<String>,
-    /// Said of a run: it stops there. True if the fault stops a run; otherwise it is reported once, and the run continues.
+    /// Marks the fault as one that stops a run. True if the fault stops a run; otherwise it is reported once, and the run continues.
     pub stops: bool,
 }
 
 impl BuildError {
-    /// With a message.
+    /// Creates an error with a message.
     pub fn new(message: impl Into<String>) -> Self {
         BuildError { message: message.into(), help: None, param: None, stops: false }
     }
@@ -24,17 +24,17 @@ impl BuildError {
         let (message, help) = crate::author::value::told(error);
         BuildError { message, help, param: None, stops: false }
     }
-    /// With a remedy.
+    /// Adds a remedy.
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
     }
-    /// At a parameter.
+    /// Sets the faulty parameter.
     pub fn at(mut self, param: impl Into<String>) -> Self {
         self.param = Some(param.into());
         self
     }
-    /// Said of a run: whether it stops there.
+    /// Returns whether the fault stops a run.
     pub fn stopping(mut self, stops: bool) -> Self {
         self.stops = stops;
         self

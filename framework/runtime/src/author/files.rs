@@ -91,7 +91,7 @@ impl Files {
         };
         // Reading a device or a pipe may never end.
         if path.metadata().is_ok_and(|m| !m.is_file()) {
-            return Err(crate::BuildError::new(format!("`{name}` is no file")));
+            return Err(crate::BuildError::new(format!("`{name}` is not a file")));
         }
         let fault = |e| crate::BuildError::new(format!("the file `{name}` cannot be read: {e}"));
         std::fs::read_to_string(path).map_err(fault)

@@ -13,11 +13,11 @@ use std::any::Any;
 pub trait Host: Any + Send + Sync {
     /// Path of its part.
     fn path(&self) -> &str;
-    /// Name of its kind, as a model's name.
+    /// Name of its kind, used like the name of a model.
     fn kind(&self) -> &'static str;
-    /// Where it is written.
+    /// Position in the file.
     fn origin(&self) -> Origin;
-    /// The part with the ports that these bindings ask for, and the wires on them. A binding that
+    /// Returns the part with the ports that these bindings request, and the wires to these ports. A binding that
     /// cannot be served is a fault.
     fn lower(
         &self,
@@ -25,11 +25,11 @@ pub trait Host: Any + Send + Sync {
         services: &Services,
         out: &mut Lowering<'_>,
     ) -> Box<dyn Prototype>;
-    /// The settings that may be without effect, with the reasons in this phase.
+    /// Returns the settings that may have no effect, with the reasons in this phase.
     fn settings(&self) -> Vec<Setting> {
         Vec::new()
     }
-    /// What of it is seen.
+    /// Returns the visible shapes.
     fn scenery(&self) -> Scenery;
     /// A copy.
     fn boxed(&self) -> Box<dyn Host>;
@@ -51,12 +51,12 @@ pub struct Lowering<'a> {
     pub warnings: &'a mut Vec<Fault>,
 }
 
-/// Which end of a wire a port is.
+/// End of a wire that a port forms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// It is read.
+    /// The port is read.
     Input,
-    /// It is written.
+    /// The port is written.
     Output,
 }
 
@@ -72,7 +72,7 @@ pub struct Bound<'a> {
 pub struct HostWire {
     /// Name of the host's port.
     pub host_port: String,
-    /// Which end the part's port is.
+    /// End of the wire that the part's port forms.
     pub end: End,
     /// Path of the part.
     pub part: String,
@@ -80,6 +80,6 @@ pub struct HostWire {
     pub port: String,
     /// The target in words, for listings: `node chassis`.
     pub label: String,
-    /// Where the binding is written.
+    /// Position of the binding in the file.
     pub origin: Origin,
 }

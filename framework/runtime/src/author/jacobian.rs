@@ -1,6 +1,6 @@
-//! Derivatives of a single operation of a block: of the lanes that it writes by the lanes that it reads.
+//! Derivatives of a single operation of a block: of the lanes that it writes with respect to the lanes that it reads.
 
-/// An operation that follows from state and signals without changing either.
+/// An operation that is computed from state and signals and changes neither.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Operation {
     /// [`Block::outputs`](crate::author::block::Block::outputs): writes the outputs, reads the continuous state.
@@ -16,8 +16,8 @@ pub enum Operation {
 /// The Jacobian of one operation, written column by column. Rows are the lanes that the operation writes, in their
 /// order; columns are the block's own lanes of X, then the signals that it reads in the order that [`Operation`] gives.
 ///
-/// A block fills the columns that it knows; the others are found by differences. Where two inputs of a block may be fed
-/// by one signal, it fills the columns of both or of neither: each with the derivative by that input alone.
+/// A block fills the columns that it knows; the others are computed by differences. If two inputs of a block may be wired to one signal, the block
+/// must fill the columns of both or of neither, each with the derivative with respect to that input alone.
 #[derive(Clone, Debug, Default)]
 pub struct Jacobian {
     rows: usize,
@@ -27,7 +27,7 @@ pub struct Jacobian {
 }
 
 impl Jacobian {
-    /// With memory for a Jacobian of `entries` numbers and `columns` columns.
+    /// Creates the Jacobian with memory for `entries` numbers and `columns` columns.
     pub(crate) fn with_capacity(entries: usize, columns: usize) -> Self {
         Jacobian {
             rows: 0,
@@ -37,7 +37,7 @@ impl Jacobian {
         }
     }
 
-    /// Empty, for an operation that writes `rows` lanes; `wanted`: for each column, whether what it reads moves.
+    /// Clears the Jacobian for an operation that writes `rows` lanes; `wanted`: for each column, whether it is needed.
     pub(crate) fn begin(&mut self, rows: usize, wanted: impl Iterator<Item = bool>) {
         self.rows = rows;
         self.wanted.clear();
@@ -54,13 +54,13 @@ impl Jacobian {
         self.wanted[column]
     }
 
-    /// A column, to be filled; it is zero, and counts as known from now on.
+    /// Returns a column to be filled; it is zero and counts as known from now on.
     pub fn column(&mut self, column: usize) -> &mut [f64] {
         self.known[column] = true;
         &mut self.values[column * self.rows..(column + 1) * self.rows]
     }
 
-    /// Whether a column was filled.
+    /// Returns whether a column was filled.
     pub(crate) fn known(&self, column: usize) -> bool {
         self.known[column]
     }

@@ -1,9 +1,9 @@
-//! Services that several compilations share: simulations that differ in some numbers stand on the same ground.
+//! Services that several compilations share, for example the terrain of simulations that differ in some numbers only.
 use crate::author::services::ServiceObject;
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
-/// Services as they were made last, by the path of their part: one for each path is kept.
+/// The last built service for each path of a part.
 #[derive(Default)]
 pub struct ServiceCache(Mutex<BTreeMap<String, One>>);
 

@@ -10,13 +10,13 @@ use serde::{Serialize, de::DeserializeOwned};
 /// Functions that a model has, and the arguments that decide the order of evaluation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Functions {
-    /// It has outputs that follow from its state.
+    /// The model has outputs that follow from its state.
     pub outputs: bool,
-    /// It has outputs that follow from inputs of the same instant.
+    /// The model has outputs that follow from inputs of the same instant.
     pub feedthrough: bool,
-    /// It has derivatives of a continuous state.
+    /// The model has derivatives of a continuous state.
     pub derivatives: bool,
-    /// It updates a discrete state at the sample times of the part.
+    /// The model updates a discrete state at the sample times of the part.
     pub update: bool,
     /// `outputs` reads the clock.
     pub outputs_timed: bool,
@@ -26,24 +26,24 @@ pub struct Functions {
     pub derivatives_read_outputs: bool,
     /// `feedthrough` uses results of `outputs` of the same evaluation.
     pub feedthrough_after_outputs: bool,
-    /// It has guards: functions whose zero crossings are events.
+    /// The model has guards: functions whose zero crossings are events.
     pub guards: bool,
     /// Its guards end a step at the jumps and corners of its outputs ([`Model::MODES`]).
     pub modes: bool,
     /// Its outputs are averages over a step of a fixed-step method ([`Model::AVERAGES`]).
     pub averages: bool,
-    /// It integrates its continuous state itself, with a custom method.
+    /// The model integrates its continuous state itself, with a custom method.
     pub steps: bool,
-    /// It draws something on the ground.
+    /// The model has a ground overlay.
     pub overlay: bool,
 }
 
-/// Large mutable data of a model: saved with the state, changed only in `update`. A type becomes one by
-/// `impl Store for T {}`; one with a [`View`](crate::View) of a field in it says so.
+/// Large mutable data of a model: saved with the state, changed only in `update`. A type becomes a store by `impl Store for T {}`; a type that
+/// contains a [`View`](crate::View) of a field must declare it in this `impl`.
 pub trait Store: Serialize + DeserializeOwned + Clone + Default + Send + Sync + 'static {
-    /// Kind of field that the view in it sees.
+    /// Kind of field that the contained view reads.
     const READS: Option<&'static str> = None;
-    /// Hands the field to the view in it, or takes it away.
+    /// Passes the field to the contained view; `None` removes it.
     fn see(&mut self, _shown: Option<&SharedField>) {}
 }
 impl Store for () {}
@@ -73,9 +73,9 @@ impl<T: Serialize + DeserializeOwned + Clone + Send + Sync + 'static> Store for 
 /// x, d = handle_event(fired, x, d, u, ud)   at that instant, once for all guards that are due
 /// d    = mode(x, d, ud)                     at samples and events before `feedthrough`, not within a step
 /// ```
-/// A guard with a direction is a level: where it has reached zero at the start of the run, or of the phase that adds the part,
-/// `handle_event` is called there, before the first sample is logged. `handle_event` therefore decides from the present values and
-/// uses [`Fired`] only where a value is exactly at zero.
+/// A guard with a direction is a level: if it has reached zero at the start of the run, or of the phase that adds the part, `handle_event` is called
+/// before the first sample is logged. `handle_event` therefore decides from the present values and uses [`Fired`] only where a value is exactly at
+/// zero.
 #[allow(unused_variables)]
 pub trait Model: Sized + Send + Sync + 'static {
     /// Name in the catalogue.
@@ -84,15 +84,15 @@ pub trait Model: Sized + Send + Sync + 'static {
     const DOC: &'static str;
     /// Functions that the model has.
     const FUNCTIONS: Functions;
-    /// It assumes that the axes of the world frame W are inertial: it is rejected where W is a [`Site`](crate::Site) of a planet.
+    /// The model assumes that the axes of the world frame W are inertial; it is rejected if W is a [`Site`](crate::Site) of a planet.
     const INERTIAL: bool = false;
-    /// Its outputs have jumps or corners, and its discrete state is the number of the smooth piece that holds. Within a step the
+    /// Its outputs have jumps or corners, and its discrete state selects the present smooth piece. Within a step the
     /// piece is kept, also beyond its end; a guard ends the step there and `handle_event` changes the piece. [`Model::mode`] returns
-    /// the piece at samples and events. Where the outputs change at samples and events only ([`Clock::sampled`]), the guards are
-    /// not evaluated and `mode` alone decides.
+    /// the piece at samples and events. If the outputs change at samples and events only ([`Clock::sampled`]), the guards are not evaluated, and
+    /// `mode` alone selects the piece.
     const MODES: bool = false;
-    /// It makes pulses that may be shorter than a step. Where [`Clock::span`] is the step of a fixed-step method, its outputs are
-    /// averages over that step, so that the step delivers the whole impulse. Adaptive methods resolve the pulse itself.
+    /// It makes pulses that may be shorter than a step. If [`Clock::span`] is the step of a fixed-step method, its outputs are averages over that
+    /// step, so that the step delivers the whole impulse. Adaptive methods resolve the pulse itself.
     const AVERAGES: bool = false;
     /// Parameters; constant during a run.
     type Params: Params;
@@ -115,7 +115,7 @@ pub trait Model: Sized + Send + Sync + 'static {
 
     /// Creates the model.
     fn build(p: Self::Params) -> Result<Self, BuildError>;
-    /// Returns the outputs that another part has to read, each with a warning that says what is lost where none does.
+    /// Returns the outputs that another part must read, each with a warning that says what is lost otherwise.
     fn must_be_read(&self) -> Vec<(&'static str, BuildError)> {
         Vec::new()
     }
@@ -196,8 +196,7 @@ pub trait Model: Sized + Send + Sync + 'static {
         Self::Guards::zero()
     }
     /// Returns the smooth piece that holds at the present values, for a model with [`Model::MODES`]. It is not called while a guard
-    /// of the part is due, nor at the instant of its event while the guard is zero within round-off: there
-    /// [`Model::handle_event`] decides.
+    /// of the part is due, nor at the instant of its event while the guard is zero within round-off, because [`Model::handle_event`] decides there.
     fn mode(
         &self,
         clock: &Clock,
@@ -210,8 +209,8 @@ pub trait Model: Sized + Send + Sync + 'static {
         d.put(&mut lanes);
         Self::DiscreteState::get(&lanes)
     }
-    /// Returns the states after an event. `fired` says which guards reached zero, by their indices in `Guards`, and in which
-    /// direction. It is called once for all guards that are due at one instant. Inputs are those just before the event.
+    /// Returns the states after an event. `fired` contains the guards that reached zero, by their indices in `Guards`, with their directions. It is
+    /// called once for all guards that are due at one instant. Inputs are those just before the event.
     fn handle_event(
         &self,
         clock: &Clock,
@@ -268,16 +267,16 @@ pub trait Model: Sized + Send + Sync + 'static {
 pub struct Fired<'a>(&'a [i8]);
 
 impl<'a> Fired<'a> {
-    /// Takes one number for each guard: 1 where it rose to zero or beyond, −1 where it fell to zero or beyond, 0 where it is not due.
+    /// Takes one number for each guard: 1 if it rose to zero or beyond, −1 if it fell to zero or beyond, 0 if it is not due.
     pub fn new(ways: &'a [i8]) -> Fired<'a> {
         Fired(ways)
     }
-    /// One guard that rose, of at most eight: for a test of a model.
+    /// Creates a set with one guard that rose, of at most eight, for a test of a model.
     pub fn rising(which: usize) -> Fired<'static> {
         const ONE: [i8; 15] = [0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0];
         Fired(&ONE[7 - which..])
     }
-    /// One guard that fell, of at most eight: for a test of a model.
+    /// Creates a set with one guard that fell, of at most eight, for a test of a model.
     pub fn falling(which: usize) -> Fired<'static> {
         const ONE: [i8; 15] = [0, 0, 0, 0, 0, 0, 0, -1, 0, 0, 0, 0, 0, 0, 0];
         Fired(&ONE[7 - which..])
@@ -305,7 +304,7 @@ pub struct Turning {
     pub velocity: usize,
 }
 
-/// Description of a model or service: of the type before it is built, of the instance afterwards.
+/// Description of a model or service: before it is built that of the type, afterwards that of the instance.
 #[derive(Clone, Debug, Default)]
 pub struct Description {
     /// Name in the catalogue.
@@ -340,7 +339,7 @@ pub struct Description {
     pub shows: Option<Text>,
     /// For a field: ports of the imprint of one part.
     pub imprint: Vec<PortSpec>,
-    /// Whether it assumes inertial axes of W: see [`Model::INERTIAL`].
+    /// True if it assumes inertial axes of W; see [`Model::INERTIAL`].
     pub inertial: bool,
 }
 

@@ -106,9 +106,7 @@ fn moved(key: &str, specs: &[ParamSpec]) -> Option<String> {
         "latitude" | "longitude" if of_planet => "body: .., site: (latitude: .., longitude: ..)",
         _ => return None,
     };
-    Some(format!(
-        "it is stated once, for the whole simulation: write `world: ({field})` next to `parts`"
-    ))
+    Some(format!("it applies to the whole simulation: write `world: ({field})` next to `parts`"))
 }
 
 /// Sets some or all parameters of a struct from a program. `#[derive(Params)]` makes a builder for each struct, with a setter
@@ -249,8 +247,11 @@ impl<'a> ReadCx<'a> {
             Value::Map(entries) => entries,
             Value::Null => return true,
             other => {
-                let message =
-                    format!("`{}`: parameters are a map, this is {}", self.path, other.what());
+                let message = format!(
+                    "`{}`: parameters must be a map, but this is {}",
+                    self.path,
+                    other.what()
+                );
                 self.fault(map.origin, message, None);
                 return false;
             }
@@ -321,7 +322,7 @@ impl<'a> ReadCx<'a> {
                 }
             },
             other => {
-                let message = format!("{at} is a number, this is {}", other.what());
+                let message = format!("{at} must be a number, but it is {}", other.what());
                 self.fault(v.origin, message, None);
                 return None;
             }
@@ -368,7 +369,7 @@ impl<'a> ReadCx<'a> {
         };
         if !given.same_quantity(&want) {
             let fact = format!(
-                "`{text}` is in {unit_text}, but {} is wanted",
+                "`{text}` is in {unit_text}, but {} is expected",
                 spec.unit.unwrap_or("a plain number")
             );
             return Err((fact, wants));
@@ -382,8 +383,12 @@ impl<'a> ReadCx<'a> {
             Value::Text(t) => t.clone(),
             Value::Variant(name, inner) if inner.value == Value::Null => name.clone(),
             other => {
-                let message =
-                    format!("`{}.{}` is a word, this is {}", self.path, spec.name, other.what());
+                let message = format!(
+                    "`{}.{}` must be a word, but it is {}",
+                    self.path,
+                    spec.name,
+                    other.what()
+                );
                 self.fault(v.origin, message, Some(format!("one of: {}", words.join(", "))));
                 return None;
             }
@@ -398,7 +403,7 @@ impl<'a> ReadCx<'a> {
 
     pub(crate) fn wrong(&mut self, v: &Located, spec: &ParamSpec, wanted: &str) {
         let message =
-            format!("`{}.{}` is {wanted}, this is {}", self.path, spec.name, v.value.what());
+            format!("`{}.{}` must be {wanted}, but it is {}", self.path, spec.name, v.value.what());
         self.fault(v.origin, message, None);
     }
 }
@@ -423,7 +428,7 @@ macro_rules! integer {
                 let x = cx.number(v, spec)?;
                 if x.fract() != 0.0 || x < <$t>::MIN as f64 || x > <$t>::MAX as f64 {
                     let message = format!(
-                        "`{}.{}` is a whole number from {} to {}, this is {x}",
+                        "`{}.{}` must be an integer from {} to {}, but it is {x}",
                         cx.path, spec.name, <$t>::MIN, <$t>::MAX);
                     cx.fault(v.origin, message, None);
                     return None;
@@ -493,8 +498,12 @@ impl<T: Param, const N: usize> Param for [T; N] {
     fn read(v: &Located, spec: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<[T; N]> {
         let items = list(v, spec, cx)?;
         if items.len() != N {
-            let message =
-                format!("`{}.{}` takes {N} values, there are {}", cx.path, spec.name, items.len());
+            let message = format!(
+                "`{}.{}` must have {N} values, but it has {}",
+                cx.path,
+                spec.name,
+                items.len()
+            );
             cx.fault(v.origin, message, None);
             return None;
         }

@@ -1,7 +1,7 @@
-//! Patterns over paths of variables: `*` stands for one segment or a piece of one, `**` for any
-//! number of segments. Dots and slashes both end a segment, so `Rover.**` takes the bodies of `Rover` too.
+//! Patterns over paths of variables: `*` stands for one segment or a part of it, `**` for any number of segments. Dots and slashes both end a
+//! segment, so `Rover.**` includes the bodies of `Rover`.
 
-/// Whether a pattern matches a whole path. O(pattern × path) for any number of stars.
+/// Returns whether a pattern matches a whole path. O(pattern × path) for any number of stars.
 pub fn path_matches(pattern: &str, path: &str) -> bool {
     // Most paths differ from a pattern before its first star.
     let star = pattern.find('*').unwrap_or(pattern.len());
@@ -34,7 +34,7 @@ pub fn path_matches(pattern: &str, path: &str) -> bool {
     now[path.len()]
 }
 
-/// Whether a pattern of one segment matches a name: `Wheel*`, `*`, `Motor`. O(pattern × name).
+/// Returns whether a pattern of one segment matches a name: `Wheel*`, `*`, `Motor`. O(pattern × name).
 pub fn segment_matches(pattern: &str, name: &str) -> bool {
     if !pattern.contains('*') {
         return pattern == name;

@@ -1,9 +1,9 @@
-//! Values of composite ports: at rest, nothing, a body's mass.
+//! Values of composite ports: rest, zero load, mass of a body.
 use crate::author::ports::{AddedMass, BodyMass, NodeState, Wrench};
 use linkwork_spatial::{Mat3, Quat, Vec3};
 
 impl NodeState {
-    /// At rest at the origin of W.
+    /// Returns the state at rest at the origin of W.
     pub fn identity() -> Self {
         NodeState {
             position: Vec3::zeros(),
@@ -15,13 +15,13 @@ impl NodeState {
 }
 
 impl AddedMass {
-    /// Nothing.
+    /// Returns zero.
     pub fn zero() -> Self {
         AddedMass { mass: 0.0, first_moment: Vec3::zeros(), inertia: [0.0; 6] }
     }
 
-    /// A body of `mass` kg with its centre at `com` (m, node axes) and principal moments `central` about
-    /// it (kg m², node axes).
+    /// Returns the mass properties of a body of `mass` kg with its centre at `com` (m, node axes) and principal moments `central` about it (kg m²,
+    /// node axes).
     pub fn of(mass: f64, com: &Vec3, central: &Vec3) -> Self {
         let (c, m) = (com, mass);
         AddedMass {
@@ -40,7 +40,7 @@ impl AddedMass {
 }
 
 impl BodyMass {
-    /// The matrix of inertia about the centre of mass, N axes (kg m²).
+    /// Returns the inertia matrix about the centre of mass, N axes (kg m²).
     pub fn inertia_matrix(&self) -> Mat3 {
         let [xx, yy, zz, xy, xz, yz] = self.inertia;
         Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
@@ -48,7 +48,7 @@ impl BodyMass {
 }
 
 impl Wrench {
-    /// Nothing.
+    /// Returns zero.
     pub fn zero() -> Self {
         Wrench { moment: Vec3::zeros(), force: Vec3::zeros() }
     }

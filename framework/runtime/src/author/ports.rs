@@ -10,7 +10,7 @@ pub use linkwork_integrate::events::Direction;
 /// A name, unit or doc string of a description: written in a Rust type, or made when a part is built.
 pub type Text = Cow<'static, str>;
 
-/// What a port carries.
+/// Kind of the values of a port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PortKind {
     /// One or more numbers in one unit.
@@ -33,7 +33,7 @@ pub enum PortKind {
     BodyMass,
     /// Mass, centre of mass and inertia of a vehicle, seen from a node.
     VehicleMass,
-    /// Force of what a body touches, and where it acts.
+    /// Contact force on a body, and the point at which it acts.
     ContactLoad,
     /// Force and moment that a hinge transmits to its body.
     HingeLoad,
@@ -49,7 +49,7 @@ pub enum PortKind {
     BallState,
     /// Torque on a ball hinge.
     BallTorque,
-    /// Velocity of the surface of a body over the body.
+    /// Velocity of the surface of a body relative to the body.
     SurfaceVelocity,
 }
 
@@ -58,7 +58,7 @@ pub enum PortKind {
 pub struct PortSpec {
     /// Name.
     pub name: Text,
-    /// What it carries.
+    /// Kind of its values.
     pub kind: PortKind,
     /// Number of lanes.
     pub lanes: usize,
@@ -66,7 +66,7 @@ pub struct PortSpec {
     pub unit: Text,
     /// Meaning.
     pub doc: Text,
-    /// Value when nothing is wired; `None`: a wire is required.
+    /// Value without a wire; `None`: a wire is required.
     pub default: Option<Vec<f64>>,
     /// Several wires may end here; their values are summed in path order.
     pub sum: bool,
@@ -74,7 +74,7 @@ pub struct PortSpec {
     pub bind: Option<Text>,
     /// Frame tag; it must equal the tag of the other end if both are given.
     pub frame: Option<Text>,
-    /// The side from which a guard has to reach zero for an event.
+    /// The side from which a guard must reach zero for an event.
     pub direction: Direction,
     /// For a node of a wheel or rotor: its axis of rotation, in the node's axes.
     pub axle: Option<[f64; 3]>,
@@ -85,7 +85,7 @@ pub struct PortSpec {
 }
 
 impl PortSpec {
-    /// Made by the derive macro.
+    /// Constructor for the derive macro.
     pub fn new<T: Lane>(
         name: &'static str,
         unit: Option<&'static str>,
@@ -112,7 +112,7 @@ impl PortSpec {
         }
     }
 
-    /// A port that is named when its part is built: required, not bound.
+    /// Creates a port whose name is chosen when its part is built; it is required and not bound.
     pub fn named(name: impl Into<Text>, kind: PortKind, lanes: usize) -> Self {
         PortSpec {
             name: name.into(),
@@ -132,7 +132,7 @@ impl PortSpec {
     }
 
     /// Returns the ports of a struct under a group name: `wheels[2].rate` for `rate` under `wheels[2]`. One wire joins
-    /// all of them. `doc` says what the struct as a whole means.
+    /// all of them. `doc` describes the struct as a whole.
     pub fn group<T: Lanes>(name: impl Into<Text>, doc: &str) -> Vec<PortSpec> {
         let name = name.into();
         let doc = doc.trim_end_matches('.');
@@ -207,7 +207,7 @@ impl PortSpec {
         Unit::parse(&self.unit).unwrap_or(Unit::ONE)
     }
 
-    /// Name and unit of each lane, relative to the port: `("", "V")`, `(".x", "m")`.
+    /// Returns name and unit of each lane, relative to the port: `("", "V")`, `(".x", "m")`.
     pub fn lane_names(&self) -> Vec<(String, Text)> {
         let none = Text::Borrowed("");
         let xyz = |stem: &str, unit: &'static str| {
@@ -287,7 +287,7 @@ impl PortSpec {
     }
 }
 
-/// `wheels[2]` and `rate`, or `wheels` and `[2].rate`, as one name.
+/// Joins `wheels[2]` and `rate`, or `wheels` and `[2].rate`, into one name.
 fn below(outer: &str, inner: &str) -> Text {
     let dot = if inner.starts_with('[') { "" } else { "." };
     format!("{outer}{dot}{inner}").into()
@@ -297,17 +297,17 @@ fn below(outer: &str, inner: &str) -> Text {
 pub trait Lane: Copy {
     /// Number of lanes.
     const N: usize;
-    /// What it carries.
+    /// Kind of its values.
     const KIND: PortKind;
-    /// Unit when the port names none.
+    /// Unit of ports without a declared unit.
     const UNIT: &'static str = "";
-    /// From contiguous lanes.
+    /// Reads the value from contiguous lanes.
     fn get(s: &[f64]) -> Self;
     /// Into contiguous lanes.
     fn put(&self, s: &mut [f64]);
-    /// From scattered lanes.
+    /// Reads the value from scattered lanes.
     fn gather(sig: &[f64], idx: &[u32]) -> Self;
-    /// As a vector, for defaults.
+    /// Returns the lanes as a vector, for defaults.
     fn lanes_of(v: &Self) -> Vec<f64> {
         let mut out = vec![0.0; Self::N];
         v.put(&mut out);
@@ -321,11 +321,11 @@ pub trait Lanes: Sized + Send + Sync + 'static {
     const N: usize;
     /// The fields.
     fn specs() -> Vec<PortSpec>;
-    /// From contiguous lanes.
+    /// Reads the value from contiguous lanes.
     fn get(s: &[f64]) -> Self;
     /// Into contiguous lanes.
     fn put(&self, s: &mut [f64]);
-    /// From scattered lanes.
+    /// Reads the value from scattered lanes.
     fn gather(sig: &[f64], idx: &[u32]) -> Self;
     /// All lanes zero (quaternions: unit).
     fn zero() -> Self {
@@ -513,7 +513,7 @@ composite!(
     }
 );
 composite!(
-    /// Acceleration of a node in W: the true one; gravity is not taken off.
+    /// Acceleration of a node in W, without subtraction of gravity.
     NodeAccel, NodeAccel, 6, {
         /// Angular acceleration, W axes (rad/s²).
         angular: Vec3 = 0,
@@ -535,7 +535,7 @@ composite!(
     ContactLoad, ContactLoad, 6, {
         /// Sum of the forces on the body (N).
         force: Vec3 = 0,
-        /// Where it acts, weighted by normal forces, W (m); the body's origin when nothing touches.
+        /// Point at which the force acts, weighted by normal forces, W (m); without contact the origin of the body.
         point: Vec3 = 3
     }
 );
@@ -551,29 +551,28 @@ composite!(
 composite!(
     /// Traction of the ground on a wheel of a quasi-static machine, linearized at the current slip. One model gives it for each wheel.
     Traction, Traction, 11, {
-        /// Force on the wheel where its rim does not slide, less the normal force, W axes (N).
+        /// Force on the wheel without sliding of its rim, minus the normal force, W axes (N).
         force: Vec3 = 0,
         /// Moment in addition to the moment of the forces at its contact point, W axes (N m).
         moment: Vec3 = 3,
-        /// Force against sliding of its rim, ahead and to the side, along the ground (N s/m).
+        /// Resistance against sliding of its rim: force per sliding speed, forward and sideways along the ground (N s/m).
         resistance: [f64; 2] = 6,
-        /// Greatest such force ahead and to the side, half axes of an ellipse (N).
+        /// Greatest such force forward and sideways, as half axes of an ellipse (N).
         limit: [f64; 2] = 8,
         /// Depth of the wheel in the ground, along the ground normal (m).
         sinkage: f64 = 10
     }
 );
 composite!(
-    /// Mass that is added to a body during the run (propellant, cargo): its moments about a node N of the body, N axes. All that is added to one body
-    /// is summed.
+    /// Mass that is added to a body during the run (propellant, cargo): its moments about a node N of the body, N axes. All masses that are added to
+    /// one body are summed.
     ///
-    /// The mechanism moves as a body with these moments moves at each instant: what leaves it goes with
-    /// the velocity of the place where it was, and so pushes nothing. A part that lets mass flow gives
-    /// the force and moment of the flow itself, as a wrench (thrust, jet damping).
+    /// At each instant the mechanism moves like a body with these moments: mass that leaves it has the velocity of its last position, and so exerts
+    /// no force. A part through which mass flows must apply the force and moment of the flow as a wrench (thrust, jet damping).
     AddedMass, AddedMass, 10, {
         /// Mass (kg).
         mass: f64 = 0,
-        /// First moment: mass times its centre from N (kg m).
+        /// First moment: mass times position of its centre relative to N (kg m).
         first_moment: Vec3 = 1,
         /// Inertia about N: xx, yy, zz, xy, xz, yz, with −∫ x y dm off the diagonal (kg m²).
         inertia: [f64; 6] = 4
@@ -591,7 +590,8 @@ composite!(
     }
 );
 composite!(
-    /// The vehicle of a node N as it is at this instant: all bodies that hang on the same body of the world, with mass that wires add; N axes.
+    /// The vehicle of a node N at this instant: all bodies of its tree, up to the root body that is attached to the world, with mass that wires add;
+    /// N axes.
     VehicleMass, VehicleMass, 10, {
         /// Mass (kg).
         mass: f64 = 0,
@@ -628,7 +628,8 @@ composite!(
     }
 );
 composite!(
-    /// The velocity of the surface of a body over the body, axes of the body. It acts where colliders of the body touch others, along the surface.
+    /// The velocity of the surface of a body relative to the body, axes of the body. It acts along the surface wherever colliders of the body touch
+    /// others.
     SurfaceVelocity, SurfaceVelocity, 3, {
         /// Velocity (m/s).
         velocity: Vec3 = 0

@@ -15,6 +15,6 @@ pub trait Service: Sized + Send + Sync + 'static {
     type Params: Params;
     /// Makes it; files are found relative to the assembly that names them.
     fn build(p: Self::Params, files: &Files) -> Result<Self, crate::BuildError>;
-    /// As a shared object.
+    /// Returns the provider as a shared object.
     fn object(self) -> ServiceObject;
 }

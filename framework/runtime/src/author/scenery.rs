@@ -5,13 +5,13 @@ use linkwork_collision::VisualShape;
 use linkwork_spatial::Pose;
 use std::sync::Arc;
 
-/// Begins the name of a binding that says itself what it is bound to: `node:/Rover/Mast`.
+/// Prefix of the name of a binding whose name contains its target: `node:/Rover/Mast`.
 pub(crate) const TO_NODE: &str = "node:/";
 
-/// Kind of the parameters that are a scenery.
+/// Kind of parameters that contain a scenery.
 pub(crate) const KIND: &str = "list of patterns of bodies";
 
-/// Name of the body that does not move.
+/// Name of the immovable body.
 pub(crate) const WORLD: &str = "world";
 
 /// A shape on a body.
@@ -23,7 +23,7 @@ pub struct Sight {
     pub name: String,
     /// The shape's frame in the body.
     pub pose: Pose,
-    /// What it is.
+    /// Geometry of the shape.
     pub form: VisualShape,
     /// Red, green, blue: 0 … 1.
     pub color: [f64; 3],
@@ -45,7 +45,7 @@ pub struct Scenery {
 }
 
 impl Scenery {
-    /// Of these shapes.
+    /// Creates the scenery of these shapes.
     #[must_use]
     pub fn of(shapes: Vec<Sight>) -> Self {
         let moving = shapes.iter().filter(|s| s.body != WORLD);
@@ -80,7 +80,7 @@ impl Scenery {
         self.bodies.iter().enumerate().map(port).collect()
     }
 
-    /// Where each shape is in W, in the order of [`Scenery::shapes`]; `u`: the lanes of [`Scenery::ports`].
+    /// Returns the pose of each shape in W, in the order of [`Scenery::shapes`]; `u`: the lanes of [`Scenery::ports`].
     pub fn poses<'a>(&'a self, u: &'a [f64]) -> impl Iterator<Item = Pose> + 'a {
         self.shapes.iter().zip(&*self.places).map(|(shape, place)| match place {
             Some(k) => {
@@ -91,12 +91,12 @@ impl Scenery {
         })
     }
 
-    /// The shapes as a text, for the hash of a plan that has who sees them.
+    /// Returns the shapes as a text, for the hash of a plan with parts that see them.
     pub(crate) fn fingerprint(&self) -> String {
         format!("{:?}\n", self.shapes)
     }
 
-    /// Those on bodies that the patterns name.
+    /// Returns the shapes on bodies that the patterns match.
     pub(crate) fn only(&self, patterns: Vec<String>) -> Self {
         let named = |s: &&Sight| patterns.iter().any(|p| pattern::path_matches(p, &s.body));
         let shapes = self.shapes.iter().filter(named).cloned().collect();
@@ -104,7 +104,7 @@ impl Scenery {
     }
 }
 
-/// The albedo of what has no colour.
+/// The albedo of shapes without a colour.
 pub const PLAIN: [f64; 3] = [0.6, 0.6, 0.62];
 
 #[cfg(test)]

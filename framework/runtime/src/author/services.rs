@@ -16,13 +16,13 @@ pub trait Provided: Send + Sync + 'static {
     const WORD: &'static str;
     /// Whether services of this kind are built before all others, which may read them. A simulation has at most one service of such a kind.
     const FIRST: bool = false;
-    /// Whether the runtime calls [`Provided::out_of_range`] at each row for the nodes of the parts that use the service.
+    /// True if the runtime calls [`Provided::out_of_range`] at each row for the nodes of the parts that use the service.
     const LOCAL: bool = false;
     /// Returns message and remedy for a part that needs a service of this kind while the simulation does not contain one.
     fn missing() -> (String, String) {
         let word = Self::WORD;
         (
-            format!("needs a {word} service and there is none"),
+            format!("needs a {word} service, but there is none"),
             format!("add a part that provides {word}"),
         )
     }
@@ -254,7 +254,7 @@ impl Services {
                     _ if refused.next().is_some() => Err(None),
                     [] => Err(Some(T::missing())),
                     _ => Err(Some((
-                        format!("needs a {kind} service and there are {}", nearest.len()),
+                        format!("needs a {kind} service, but there are {}", nearest.len()),
                         format!("name one of: {}", paths.join(", ")),
                     ))),
                 }

@@ -13,7 +13,7 @@ pub struct Setting {
     pub name: &'static str,
     /// Where it is written. Together with owner and name it identifies the setting in all phases.
     pub origin: Origin,
-    /// Why it does not act, and the remedy; `None`: it acts.
+    /// The reason for which it does not act, and the remedy; `None`: it acts.
     pub idle: Option<(String, String)>,
 }
 

@@ -6,9 +6,8 @@
 //! R_IW(t) = R_IP(0) R_z(rate t) R_PW      I: inertial axes at the planet's centre, those of stars and ephemerides
 //! ```
 //! Terrain, contact, hinges and velocities are relative to the site, so that objects at rest on the ground have coordinates of some metres and zero
-//! velocity. A gravity service that lives in a site ([`Gravity::site`])
-//! gives the centrifugal part with its field; the mechanism adds what depends on motion, for each body with its
-//! own velocity and spin, exactly.
+//! velocity. The field of a gravity service for a site ([`Gravity::site`]) includes the centrifugal acceleration; the mechanism adds the terms that
+//! depend on motion, for each body with its own velocity and spin, exactly.
 //!
 //! [`Gravity::site`]: crate::Gravity::site
 use crate::author::ports::NodeState;
@@ -17,11 +16,11 @@ use linkwork_spatial::{Pose, Quat, Vec3};
 /// Position of W on its planet, and the planet's rotation rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Site {
-    /// `X_PW`: W in axes that are fixed to the planet, from its centre (m).
+    /// `X_PW`: Pose of W in axes that are fixed to the planet, relative to its centre (m).
     pub pose: Pose,
     /// Rate of the planet about z of those axes, rad/s, east positive.
     pub rate: f64,
-    /// `R_IP` at t = 0: those axes in inertial ones.
+    /// `R_IP` at t = 0: rotation from those axes to inertial axes.
     pub start: Quat,
 }
 
@@ -32,14 +31,14 @@ impl Site {
         self.pose.rotation.inverse() * (Vec3::z() * self.rate)
     }
 
-    /// `R_IW` at t (s): a vector in W, in inertial axes.
+    /// Returns `R_IW` at t (s): rotation from W to inertial axes.
     #[must_use]
     pub fn to_inertial(&self, t: f64) -> Quat {
         let turned = Quat::from_scaled_axis(Vec3::z() * (self.rate * t));
         self.start * turned * self.pose.rotation
     }
 
-    /// East at the origin of W, a level unit vector of W; x where the origin is at a pole.
+    /// Returns east at the origin of W as a horizontal unit vector in W; x if the origin is at a pole.
     #[must_use]
     pub fn east(&self) -> Vec3 {
         let across = self.from_planet_axes(&Vec3::z()).cross(&Vec3::z());
@@ -52,19 +51,19 @@ impl Site {
         p + self.pose.rotation.inverse() * self.pose.position
     }
 
-    /// Position in the planet's axes, from its centre, of a point in W, m.
+    /// Returns the position of a point in W relative to the centre of the planet, axes of the planet, m.
     #[must_use]
     pub fn to_planet(&self, p: &Vec3) -> Vec3 {
         self.pose.transform_point(p)
     }
 
-    /// A vector in the planet's axes, in W.
+    /// Transforms a vector from the planet's axes to W.
     #[must_use]
     pub fn from_planet_axes(&self, v: &Vec3) -> Vec3 {
         self.pose.rotation.inverse() * v
     }
 
-    /// A node as an observer who turns with the planet sees it from its centre: everything in the planet's axes.
+    /// Returns the state of a node relative to the rotating planet and its centre, in the planet's axes.
     #[must_use]
     pub fn around_planet(&self, node: &NodeState) -> NodeState {
         let turn = self.pose.rotation;
@@ -84,33 +83,33 @@ impl Site {
     }
 }
 
-/// What a service takes W for.
+/// Type of W that a service requires.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Axes {
-    /// It does not matter.
+    /// Any type of W.
     Any,
     /// Inertial axes with a planet at the origin.
     Inertial,
     /// A site that rotates with its planet.
     Site(Site),
-    /// A place on a planet whose rotation is left out of the dynamics: level ground, z up.
+    /// A position on a planet whose rotation is omitted from the dynamics: level ground, z up.
     Level(Site),
 }
 
 impl Axes {
-    /// A site, or inertial axes without one.
+    /// Returns the axes of a site, or inertial axes without a site.
     #[must_use]
     pub fn of(site: Option<Site>) -> Axes {
         site.map_or(Axes::Inertial, Axes::Site)
     }
 
-    /// The site, where W turns with it.
+    /// Returns the site, if W rotates with the planet.
     #[must_use]
     pub fn site(self) -> Option<Site> {
         if let Axes::Site(s) = self { Some(s) } else { None }
     }
 
-    /// The place of W on a planet, whether or not its rotation acts in the dynamics.
+    /// Returns the position of W on a planet, whether or not the rotation acts in the dynamics.
     #[must_use]
     pub fn place(self) -> Option<Site> {
         if let Axes::Site(s) | Axes::Level(s) = self { Some(s) } else { None }

@@ -53,7 +53,7 @@ pub trait SizedModel: Sized + Send + Sync + 'static {
     /// Makes the model.
     ///
     /// # Errors
-    /// Why these parameters make none.
+    /// The reason for which no model can be built from these parameters.
     fn build(p: Self::Params) -> Result<Self, BuildError>;
     /// Writes the initial states; both slices come as zeros.
     fn initial(&self, x: &mut [f64], d: &mut [f64]) {}
@@ -86,7 +86,7 @@ pub trait SizedModel: Sized + Send + Sync + 'static {
         rates: &mut [f64],
     ) {
     }
-    /// Changes the discrete state to the next one.
+    /// Advances the discrete state by one sample.
     fn update(&self, clock: &Clock, x: &[f64], d: &mut [f64], u: &[f64], store: &mut Self::Store) {}
     /// Writes the values of the guards.
     fn guards(

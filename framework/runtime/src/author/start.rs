@@ -1,25 +1,25 @@
-//! How a free body starts where its place is not written in the axes of W: on an orbit, in axes with a name, over the ground.
+//! Start of a free body whose position is not written in the axes of W: on an orbit, in named axes, or over the ground.
 use crate::author::value::Origin;
 use linkwork_spatial::Vec3;
 
 /// Axes in which a position and a velocity are written, origin at the centre of the world's body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StartFrame {
-    /// Inertial axes, in which the body of the world turns.
+    /// Inertial axes in which the body of the world rotates.
     Inertial,
-    /// Those of the ICRF (GCRS at the Earth), which these are with `turns: iau`.
+    /// Axes of the ICRF (GCRS at the Earth); with `turns: iau` they coincide with the inertial axes of the world.
     Icrf,
     /// Mean equator and equinox of J2000 (EME2000): a constant rotation of 23 mas from the ICRF.
     Eme2000,
     /// Axes that rotate with the body, at their attitude at t = 0; velocities are relative to these rotating axes.
     Fixed,
-    /// Those of the Earth with `turns: iau`.
+    /// Earth-fixed axes with `turns: iau`.
     Itrf,
-    /// True equator and mean equinox of date, as of two-line elements of Earth satellites.
+    /// True equator and mean equinox of date: the axes of two-line elements of Earth satellites.
     Teme,
 }
 
-/// Where on its orbit a body is.
+/// Position of a body on its orbit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Anomaly {
     /// True anomaly, rad.
@@ -66,14 +66,14 @@ pub enum Start {
         /// Velocity over the ground (m/s): east, north, up.
         velocity: Vec3,
     },
-    /// Where SGP4 has an Earth satellite at the epoch of the world.
+    /// State of an Earth satellite by SGP4 at the epoch of the world.
     TwoLine {
-        /// The lines themselves, or the file that has them.
+        /// The lines themselves, or the file that contains them.
         from: TwoLineSource,
         /// Name or number of one of several satellites.
         satellite: Option<String>,
     },
-    /// Where an orbit ephemeris message (CCSDS OEM) has a spacecraft at the epoch of the world.
+    /// State of a spacecraft by an orbit ephemeris message (CCSDS OEM) at the epoch of the world.
     Ephemeris {
         /// The file.
         file: String,
@@ -82,7 +82,7 @@ pub enum Start {
     },
 }
 
-/// Where two-line elements are written.
+/// Source of two-line elements.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TwoLineSource {
     /// A file.
@@ -96,8 +96,8 @@ pub enum TwoLineSource {
 pub struct BodyStart {
     /// Its name in the mechanism.
     pub body: String,
-    /// Where.
+    /// Start of the body.
     pub start: Start,
-    /// Where that is written.
+    /// Position of the start in the file.
     pub origin: Origin,
 }

@@ -1,4 +1,4 @@
-//! The world among the services: which way is up, and which services go together.
+//! The world among the services: the direction of up, and services that are consistent with each other.
 use crate::author::environment::{Gravity, Terrain};
 use crate::author::error::BuildError;
 use crate::author::services::{Handle, ServiceObject, Services};
@@ -6,9 +6,9 @@ use crate::author::site::Axes;
 use crate::author::world::{PlainWorld, World};
 use linkwork_spatial::Vec3;
 
-/// Which way is up at a point of W.
+/// Direction of up at a point of W.
 ///
-/// Up is away from the centre of a body that the simulation has; on level ground, and without a body, it is against gravity.
+/// Up points away from the centre of the body of the simulation; on level ground, and without a body, it is opposite to gravity.
 #[derive(Clone, Debug)]
 pub enum Vertical {
     /// Away from a body's centre, given in W (m).
@@ -23,7 +23,7 @@ impl Vertical {
     /// Creates the surroundings from the world and gravity of a simulation.
     ///
     /// # Errors
-    /// There is neither a body nor gravity: nothing says which way is up.
+    /// There is neither a body nor gravity, so up is undefined.
     pub fn new(
         world: Option<&Handle<dyn World>>,
         gravity: Option<&Handle<dyn Gravity>>,
@@ -38,14 +38,14 @@ impl Vertical {
             Axes::Site(site) => Ok(Vertical::Centre(-site.relative_to_centre(&Vec3::zeros()))),
             Axes::Level(_) => Ok(gravity.and_then(of_gravity).unwrap_or(Vertical::Level)),
             Axes::Any => gravity.and_then(of_gravity).ok_or_else(|| {
-                let fact = "needs to know which way is up, and the simulation has neither a world nor gravity";
+                let fact = "needs the direction of the vertical, but the simulation has neither a world nor gravity";
                 let help = "write `world: (body: \"..\")` in the simulation, or add a gravity part such as `environment.uniform_gravity`";
                 BuildError::new(fact).help(help)
             }),
         }
     }
 
-    /// Unit vector upwards at p (m, W) and t (s); x where it is not defined.
+    /// Returns the upward unit vector at p (m, W) and t (s); x where it is undefined.
     #[must_use]
     pub fn up(&self, t: f64, p: &Vec3) -> Vec3 {
         let along = match self {
@@ -63,14 +63,14 @@ impl Services {
         self.first()
     }
 
-    /// Path of the world, or of a gravity without one, by which W turns with a planet.
+    /// Path of the world, or of a gravity without a world, because of which W rotates with a planet.
     pub fn in_a_site(&self) -> Option<String> {
         let mut found = self.iter().filter(|(_, o)| o.axes().site().is_some());
         found.next().map(|(path, _)| path.to_string())
     }
 
-    /// Where W turns with a planet: the path, the fact and the remedy for each gravity that brings none of the forces of that, and for a
-    /// world without gravity.
+    /// If W rotates with a planet: returns path, fact and remedy for each gravity that lacks the forces of this rotation, and for a world without
+    /// gravity.
     pub(crate) fn at_odds(&self) -> Vec<(String, String, String)> {
         let mut all = self.terrains_in_space();
         let Some((first, site)) = self.iter().find_map(|(p, o)| Some((p, o.axes().site()?))) else {
@@ -93,15 +93,15 @@ impl Services {
         all
     }
 
-    /// Terrain where W is inertial: heights along z and upward normals have no meaning there.
+    /// Checks that there is no terrain if W is inertial, because heights along z and upward normals have no meaning there.
     fn terrains_in_space(&self) -> Vec<(String, String, String)> {
         let Some(world) = self.world() else { return Vec::new() };
         if world.axes() != Axes::Inertial {
             return Vec::new();
         }
         let terrains = self.iter().filter(|(_, o)| o.get::<dyn Terrain>().is_some());
-        let fact = "is ground whose height counts along z of W, and by `world` W is inertial with its origin at the centre of the body";
-        let help = "write `site` in `world`: then z of W is up there; or take the terrain out";
+        let fact = "is ground with heights along z of W, but `world` makes W inertial, with its origin at the centre of the body";
+        let help = "write `site` in `world`, so that z of W points up; or remove the terrain";
         terrains.map(|(path, _)| (path.to_string(), fact.to_string(), help.to_string())).collect()
     }
 }
@@ -109,18 +109,18 @@ impl Services {
 /// Checks that z of W is up, for a model whose ground is a plane of W.
 ///
 /// # Errors
-/// W is inertial: the fact and the remedy.
+/// W is inertial; returns the fact and the remedy.
 pub fn needs_level_ground(world: Option<&Handle<dyn World>>) -> Result<(), BuildError> {
     if world.is_none_or(|w| w.axes() != Axes::Inertial) {
         return Ok(());
     }
-    let fact = "its ground is a plane whose height counts along z of W, and by `world` W is inertial with its origin at the centre of the body";
-    let help = "write `site` in `world`: then z of W is up there";
+    let fact = "its ground is a plane with a height along z of W, but `world` makes W inertial, with its origin at the centre of the body";
+    let help = "write `site` in `world`, so that z of W points up";
     Err(BuildError::new(fact).help(help))
 }
 
 impl ServiceObject {
-    /// What it takes W for.
+    /// Returns the type of W that the service requires.
     pub fn axes(&self) -> Axes {
         let gravity = self.get::<dyn Gravity>().map(|g| g.axes());
         gravity.or_else(|| self.get::<dyn World>().map(|w| w.axes())).unwrap_or(Axes::Any)
@@ -128,7 +128,7 @@ impl ServiceObject {
 }
 
 impl PlainWorld {
-    /// As a service.
+    /// Returns the world as a service.
     #[must_use]
     pub fn handle(self) -> Handle<dyn World> {
         Handle::new("world", std::sync::Arc::new(self) as std::sync::Arc<dyn World>)
@@ -180,7 +180,7 @@ mod tests {
         assert_eq!(Vertical::new(Some(&level.handle()), None).unwrap().up(0.0, &p), Vec3::z());
         for gravity in [None, Some(uniform(Vec3::zeros()))] {
             let e = Vertical::new(None, gravity.as_ref()).err().unwrap();
-            assert!(e.message.contains("which way is up") && e.help.is_some());
+            assert!(e.message.contains("direction of the vertical") && e.help.is_some());
         }
     }
 

@@ -1,4 +1,4 @@
-//! Surroundings for tests of models: gravity, air, Sun and ground of a few numbers, and a random generator with a seed.
+//! Surroundings for tests of models: gravity, air, Sun and ground that are defined by a few numbers, and a random generator with a seed.
 //!
 //! ```
 //! use linkwork_runtime::prelude::*;
@@ -58,7 +58,8 @@ pub fn uniform_gravity(g: f64) -> Handle<dyn Gravity> {
     Handle::new("gravity", Arc::new(Down(g)) as Arc<dyn Gravity>)
 }
 
-/// Still air of 1.2 kg/m³, 1 bar and 280 K with a speed of sound of 340 m/s. These numbers belong to no gas: a test names those that it needs.
+/// Still air of 1.2 kg/m³, 1 bar and 280 K with a speed of sound of 340 m/s. These numbers do not belong to a real gas; a test should set those on
+/// which its result depends.
 pub const AIR: Air = Air {
     density: 1.2,
     pressure: 1e5,
@@ -72,7 +73,7 @@ pub fn air(air: impl Fn(f64, Vec3) -> Air + Send + Sync + 'static) -> Handle<dyn
     Handle::new("air", Arc::new(Of(air)) as Arc<dyn Atmosphere>)
 }
 
-/// [`AIR`] with another density (kg/m³), everywhere.
+/// Creates [`AIR`] with another density (kg/m³), the same everywhere.
 pub fn still_air(density: f64) -> Handle<dyn Atmosphere> {
     air(move |_, _| Air { density, ..AIR })
 }
@@ -89,7 +90,7 @@ pub fn sun(towards: Vec3, distance_au: f64) -> Handle<dyn Sun> {
     Handle::new("sun", Arc::new(Still(state)) as Arc<dyn Sun>)
 }
 
-/// Ground that is a plane: z = height + slope · x, for |x| and |y| up to `half`.
+/// A plane as the ground: z = height + slope · x, for |x| and |y| up to `half`.
 #[derive(Clone, Debug)]
 pub struct Plane {
     /// Height at the origin (m).
@@ -150,7 +151,7 @@ impl Terrain for Plane {
 pub struct Random(u64);
 
 impl Random {
-    /// Starts the sequence of a seed.
+    /// Creates the generator for a seed.
     #[must_use]
     pub fn new(seed: u64) -> Random {
         Random(seed)

@@ -37,7 +37,7 @@ impl Seconds {
         Some(Seconds { num: u64::try_from(num / g).ok()?, den: u64::try_from(den / g).ok()? })
     }
 
-    /// The exact value of the shortest decimal that names this number: 0.1 is one tenth.
+    /// Returns the exact value of the shortest decimal notation of this number: 0.1 is one tenth.
     pub fn from_decimal(x: f64) -> Option<Seconds> {
         if !x.is_finite() || x < 0.0 {
             return None;
@@ -93,7 +93,7 @@ impl Seconds {
         Seconds::new(gcd(a * d, c * b), b * d)
     }
 
-    /// How many times `base` fits; `None` unless it fits exactly.
+    /// Returns this time as a multiple of `base`; `None` if it is not a multiple.
     pub fn ticks(self, base: Seconds) -> Option<u64> {
         let (n, d) = (
             u128::from(self.num) * u128::from(base.den),
@@ -102,14 +102,14 @@ impl Seconds {
         (d > 0 && n.is_multiple_of(d)).then(|| u64::try_from(n / d).ok()).flatten()
     }
 
-    /// How many whole times this fits into `span`; `u64::MAX` when that is more.
+    /// Returns how often this time fits into `span`, rounded down; at most `u64::MAX`.
     pub fn ticks_in(self, span: Seconds) -> u64 {
         let n = u128::from(span.num) * u128::from(self.den);
         let d = u128::from(span.den) * u128::from(self.num);
         u64::try_from(n / d.max(1)).unwrap_or(u64::MAX)
     }
 
-    /// The nearest double to `ticks` times this.
+    /// Returns `ticks` times this time, rounded to the nearest double.
     pub fn times(self, ticks: u64) -> f64 {
         if let Some(product) = self.num.checked_mul(ticks) {
             return (product / self.den) as f64 + (product % self.den) as f64 / self.den as f64;
@@ -119,7 +119,7 @@ impl Seconds {
             + (product % u128::from(self.den)) as f64 / self.den as f64
     }
 
-    /// As a double.
+    /// Returns the time as a double.
     pub fn seconds(self) -> f64 {
         self.num as f64 / self.den as f64
     }
@@ -130,7 +130,7 @@ pub trait IntoSeconds {
     /// Returns the time.
     ///
     /// # Errors
-    /// A message, when the value is negative or not finite, or its unit is not a unit of time.
+    /// The value is negative or not finite, or its unit is not a unit of time.
     fn into_seconds(self) -> Result<Seconds, String>;
 }
 
@@ -174,7 +174,7 @@ impl fmt::Display for Seconds {
     }
 }
 
-/// The only clock a model sees, and its source of noise.
+/// The clock of a model, and its source of noise; models have no other clock.
 #[derive(Clone, Copy, Debug)]
 pub struct Clock {
     /// Simulated time (s) (of the stage, inside an integration step).
@@ -185,7 +185,7 @@ pub struct Clock {
     pub n: u64,
     /// Key of the noise: hash of (seed, path).
     pub key: u64,
-    /// Whether its outputs change at rows and events only, since it has a rate or inputs that do: no event then corrects
+    /// True if its outputs change at rows and events only, because it has a rate or inputs that do; no event then corrects
     /// [`Model::mode`](crate::Model::mode).
     pub sampled: bool,
     /// Begin and end (s) of the step of a fixed method that an evaluation belongs to. A model with
@@ -199,13 +199,13 @@ impl Clock {
         Clock { t, dt, n, key: 1, sampled: false, span: None }
     }
 
-    /// A number in [0, 1), the same whenever asked for this (seed, path, sample, lane).
+    /// Returns a number in [0, 1) that depends only on (seed, path, sample, lane).
     #[inline]
     pub fn uniform(&self, lane: u32) -> f64 {
         noise::uniform(self.key, self.n, lane)
     }
 
-    /// A standard normal number, the same whenever asked for this (seed, path, sample, lane).
+    /// Returns a standard normal number that depends only on (seed, path, sample, lane).
     #[inline]
     pub fn normal(&self, lane: u32) -> f64 {
         noise::normal(self.key, self.n, lane)

@@ -28,7 +28,7 @@ pub struct UnitError {
 const BASE: [&str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
 const PI: f64 = std::f64::consts::PI;
 
-/// Symbol, exponents, factor. Prefixes are tried for those marked.
+/// Symbol, exponents, factor, and whether prefixes are permitted.
 #[rustfmt::skip]
 const TABLE: &[(&str, [i8; 8], f64, bool)] = &[
     ("1",    [0, 0, 0, 0, 0, 0, 0, 0], 1.0, false),
@@ -103,10 +103,10 @@ impl Unit {
     /// No unit.
     pub const ONE: Unit = Unit { exponents: [0; 8], scale: 1.0, offset: 0.0 };
 
-    /// Any unit, written `*`: of sources, gains and other parts that mean what they are wired to.
+    /// Any unit, written `*`: for sources, gains and other parts whose unit follows from their wires.
     pub const ANY: Unit = Unit { exponents: [i8::MAX; 8], scale: 1.0, offset: 0.0 };
 
-    /// Reads `N m/A`, `kg m^2`, `rad/s`, `1/(V s)`, `deg`, `km`. A division takes the next factor only.
+    /// Reads `N m/A`, `kg m^2`, `rad/s`, `1/(V s)`, `deg`, `km`. A division applies to the next factor only.
     pub fn parse(text: &str) -> Result<Unit, UnitError> {
         if matches!(text.trim(), "degC" | "°C") {
             return Ok(Unit { exponents: [0, 0, 0, 0, 1, 0, 0, 0], scale: 1.0, offset: 273.15 });
@@ -167,7 +167,7 @@ struct Reader<'a> {
     open: usize,
 }
 
-/// Most brackets within each other.
+/// Maximum number of nested brackets.
 const OPEN_MAX: usize = 16;
 
 impl<'a> Reader<'a> {
@@ -179,7 +179,7 @@ impl<'a> Reader<'a> {
         self.text[self.at..].chars().next()
     }
 
-    /// To the first character that is not of a kind.
+    /// Skips the characters of a kind and returns them.
     fn skip(&mut self, of: impl Fn(char) -> bool) -> &'a str {
         let rest = &self.text[self.at..];
         let end = rest.find(|c| !of(c)).unwrap_or(rest.len());
@@ -256,7 +256,7 @@ impl<'a> Reader<'a> {
                 }
                 self.skip(|c| c.is_ascii_digit());
                 let digits = &self.text[start..self.at];
-                return digits.parse().map_err(|_| self.error("a power is a small integer"));
+                return digits.parse().map_err(|_| self.error("a power must be a small integer"));
             }
             _ => return Ok(1),
         };

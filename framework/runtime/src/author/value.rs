@@ -13,7 +13,7 @@ pub struct Origin {
     pub start: u32,
     /// One past the last byte.
     pub end: u32,
-    /// The call that built the value, when a program did.
+    /// The call that built the value, if a program built it.
     pub call: Option<&'static Location<'static>>,
 }
 
@@ -105,7 +105,7 @@ impl Located {
         }
     }
 
-    /// Gives this value, and every value inside it, a place where none is known.
+    /// Sets the place of this value, and of every value inside it, if it is not known.
     pub fn place(&mut self, origin: Origin) {
         if self.origin == Origin::NONE {
             self.origin = origin;
@@ -128,7 +128,7 @@ impl Located {
 }
 
 impl Value {
-    /// What kind of value this is, for messages.
+    /// Returns the kind of value, for messages.
     pub fn what(&self) -> &'static str {
         match self {
             Value::Null => "nothing",
@@ -241,14 +241,14 @@ impl fmt::Display for Value {
     }
 }
 
-/// One mistake: where, what, and the remedy.
+/// One fault: place, fact and remedy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fault {
-    /// Place, fact: one sentence that names both ends.
+    /// The fact: one sentence that names both ends.
     pub message: String,
-    /// Where it was written.
+    /// Place of the fault.
     pub origin: Origin,
-    /// What to do about it.
+    /// The remedy.
     pub help: Option<String>,
 }
 
@@ -258,20 +258,20 @@ impl Fault {
         Fault { message: message.into(), origin, help: None }
     }
 
-    /// What an error of another crate says.
+    /// Creates the fault for an error of another crate.
     pub fn of(origin: Origin, error: &dyn fmt::Display) -> Self {
         let (message, help) = told(error);
         Fault { message, origin, help }
     }
 
-    /// With a remedy.
+    /// Adds a remedy.
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
     }
 }
 
-/// The fact and the remedy of an error of a lower floor. Those have no places, so that they are plain error
+/// Returns the fact and the remedy of an error of a lower layer. Those have no places, so that they are plain error
 /// types; all of them print the fact, then `\n  help: ` and the remedy.
 pub fn told(error: &dyn fmt::Display) -> (String, Option<String>) {
     let text = error.to_string();
@@ -281,7 +281,7 @@ pub fn told(error: &dyn fmt::Display) -> (String, Option<String>) {
     }
 }
 
-/// All mistakes of a load, together.
+/// All faults of a loaded configuration.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Faults(pub Vec<Fault>);
 
@@ -305,7 +305,7 @@ impl fmt::Display for Faults {
 
 impl std::error::Error for Faults {}
 
-/// `did you mean …`, and the list of what there is.
+/// Returns `did you mean …` and the list of existing names.
 pub fn remedy(name: &str, kind: &str, known: &[&str]) -> String {
     let list = if known.is_empty() {
         format!("there are no {kind}")

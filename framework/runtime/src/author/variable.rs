@@ -2,7 +2,7 @@
 use crate::author::ports::{PortKind, Text};
 use std::sync::Arc;
 
-/// Where a variable lives.
+/// Location of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// Continuous state lane.
@@ -11,13 +11,13 @@ pub enum Place {
     D(u32),
     /// Signal lane.
     Signal(u32),
-    /// A variable of a program with several phases: each has it in another lane, or not at all.
+    /// A variable of a program with several phases; each phase has it in another lane or lacks it.
     Channel(u32),
     /// When a phase of the program began last (s); NaN before it has begun.
     Phase(u32),
 }
 
-/// What a variable is.
+/// Role of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     /// Output of a model.
@@ -33,9 +33,9 @@ pub enum Role {
 /// A variable: one lane with a path.
 #[derive(Clone, Debug)]
 pub struct Variable {
-    /// Where.
+    /// Location of the variable.
     pub place: Place,
-    /// What.
+    /// Role of the variable.
     pub role: Role,
     /// Unit as written in the source.
     pub unit: Text,

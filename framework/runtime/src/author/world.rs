@@ -1,7 +1,7 @@
-//! The world of a simulation: its central body with its constants, the date, and what W is.
+//! The world of a simulation: its central body with its constants, the date, and the type of the frame W.
 //!
 //! A simulation has at most one world (`world: (..)` in a file). Gravity, air, the Sun, shadows, navigation and every model that needs
-//! a gravity parameter, a radius, a pole or a rate of rotation take it from here, so that no two parts can disagree.
+//! a gravity parameter, a radius, a pole or a rate of rotation take it from here, so that parts cannot contradict each other.
 //! ```text
 //! W inertial   the body's centre is the origin of W
 //! W a site     W stands on the body and turns with it: x east, y north, z up (or turned by a heading)
@@ -30,21 +30,21 @@ pub struct Geographic {
 pub trait World: Send + Sync {
     /// Name of the central body: `earth`, `mars`, `moon`, `other`.
     fn body(&self) -> &str;
-    /// Gravity parameter of the central body (m³/s²), where it is known.
+    /// Gravity parameter of the central body (m³/s²), if it is known.
     fn mu(&self) -> Option<f64>;
     /// Equatorial radius of the central body (m).
     fn radius(&self) -> f64;
     /// Flattening of its ellipsoid (1).
     fn flattening(&self) -> f64;
-    /// The date of t = 0 as written, where there is one.
+    /// The date of t = 0 as written, if there is one.
     fn epoch(&self) -> Option<&str> {
         None
     }
-    /// What W is.
+    /// Returns the type of W.
     fn axes(&self) -> Axes;
-    /// `R_WP` at t (s): the axes fixed to the body, in W.
+    /// Returns `R_WP` at t (s): rotation from the axes of the body to W.
     fn planet_axes(&self, t: f64) -> Quat;
-    /// Angular velocity (rad/s, W) of the body relative to W at t (s): zero where W stands on it.
+    /// Returns the angular velocity (rad/s, W) of the body relative to W at t (s); zero if W is a site on it.
     fn planet_rate(&self, t: f64) -> Vec3;
     /// Returns the geographic position of p (m, W) at t (s); `None` near the centre, where the vertical is undefined.
     fn geographic(&self, t: f64, p: Vec3) -> Option<Geographic>;
@@ -52,19 +52,19 @@ pub trait World: Send + Sync {
     fn relative_to_centre(&self, p: &Vec3) -> Vec3 {
         self.axes().place().map_or(*p, |s| s.relative_to_centre(p))
     }
-    /// Position (m) and velocity (m/s) in W at t = 0 of a body that starts so.
+    /// Returns position (m) and velocity (m/s) in W at t = 0 of a body with this start.
     ///
     /// # Errors
-    /// What of it has no meaning in this world, with the remedy.
+    /// The part of the start that has no meaning in this world, with the remedy.
     fn start(&self, _: &Start) -> Result<(Vec3, Vec3), BuildError> {
-        let fact = "this world has no orbits and no named axes";
+        let fact = "this world supports neither orbits nor named axes";
         Err(BuildError::new(fact).help("write `position` and `velocity` in W"))
     }
-    /// Why it cannot answer at simulated time t (s): the span that its data cover, and the remedy.
+    /// Returns the reason for which the world cannot answer at simulated time t (s): the span that its data cover, and the remedy.
     fn failure(&self, _t: f64) -> Option<BuildError> {
         None
     }
-    /// The type behind it, for the library that provides it.
+    /// Returns the underlying type, for the library that provides it.
     fn as_any(&self) -> &dyn Any;
 }
 
@@ -73,8 +73,8 @@ impl Provided for dyn World {
     const FIRST: bool = true;
     fn missing() -> (String, String) {
         (
-            "needs to know the body around which this is, and the simulation has no `world`".into(),
-            "write `world: (body: \"mars\")` in the simulation: earth, mars, moon or other; with `site` where W stands on the ground".into(),
+            "needs the central body, but the simulation has no `world`".into(),
+            "write `world: (body: \"mars\")` in the simulation: earth, mars, moon or other; with `site` if W is a place on its ground".into(),
         )
     }
     fn failure(&self, t: f64) -> Option<BuildError> {
@@ -82,18 +82,18 @@ impl Provided for dyn World {
     }
 }
 
-/// A body that rotates about z of its own axes at one rate, without a date: for programs and tests.
+/// A body that rotates at a constant rate about z of its own axes, without a date; for programs and tests.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlainWorld {
     /// Gravity parameter (m³/s²).
     pub mu: f64,
-    /// Radius (m) of the sphere that it is.
+    /// Radius (m) of the body, which is a sphere.
     pub radius: f64,
-    /// Rate about z (rad/s); 0 where W is a site, whose rate counts.
+    /// Rate about z (rad/s); 0 if W is a site, because the rate of the site is used.
     pub rate: f64,
     /// `R_WP` at t = 0 where W is inertial.
     pub start: Quat,
-    /// What W is.
+    /// Returns the type of W.
     pub axes: Axes,
 }
 

@@ -6,10 +6,10 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 const MAGIC: &[u8; 8] = b"LWCKPT03";
-/// The format before it knew of pins; the same without them.
+/// The earlier format without pins; otherwise it is the same.
 const MAGIC_02: &[u8; 8] = b"LWCKPT02";
 
-/// A state in a file, with all that a fresh process needs.
+/// A state in a file, with all data that a new process needs.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Checkpoint {
     /// Version of the program that wrote it.
@@ -28,7 +28,7 @@ pub struct Checkpoint {
     pub time: f64,
     /// Seed of all noise.
     pub seed: u64,
-    /// Names of the lanes, to say what differs when a plan does not fit.
+    /// Names of the lanes, for the message that lists the differences to a plan.
     pub layout: Vec<String>,
     /// Continuous, discrete, signal lanes: raw little-endian doubles.
     #[serde(with = "serde_bytes_vec")]
@@ -44,7 +44,7 @@ pub struct Checkpoint {
     pub extra: BTreeMap<String, Vec<u8>>,
 }
 
-/// Where between two rows a state stands.
+/// Instant of a state between two rows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Instant {
     /// Time after the tick (s).
@@ -55,7 +55,7 @@ pub struct Instant {
     pub phase: u32,
     /// Lists when each phase began last (s); infinite before it has begun.
     pub entered: Vec<f64>,
-    /// The step that the integrator proposes (s), and the error of its last.
+    /// The step that the integrator proposes (s), and the error of its last step.
     pub memory: (f64, f64),
 }
 
@@ -82,7 +82,7 @@ pub(crate) mod serde_bytes_vec {
     }
 }
 
-/// Why a checkpoint cannot be written, read or taken.
+/// Reason for which a checkpoint cannot be written, read or restored.
 #[derive(Debug, thiserror::Error)]
 pub enum CheckpointError {
     /// The file cannot be written or read.
@@ -90,15 +90,15 @@ pub enum CheckpointError {
     Io {
         /// The file.
         path: String,
-        /// Why.
+        /// The reason.
         source: std::io::Error,
     },
-    /// The file is not a checkpoint, or is cut short.
+    /// The file is not a checkpoint, or is incomplete.
     #[error("`{path}` is not a readable checkpoint: {why}")]
     Format {
         /// The file.
         path: String,
-        /// Why.
+        /// The reason.
         why: String,
     },
     /// The checkpoint belongs to another simulation.
@@ -106,16 +106,16 @@ pub enum CheckpointError {
         "the checkpoint does not fit this simulation: {why}\n  help: resume it with the configuration inside it"
     )]
     Mismatch {
-        /// What differs.
+        /// The difference.
         why: String,
     },
-    /// It holds what no run can have written.
+    /// It contains values that no run can have written.
     #[error(
-        "the checkpoint holds what no run writes: {why}\n  help: it was changed or damaged; take a copy that is whole, or \
-         an earlier checkpoint"
+        "the checkpoint contains values that no run writes: {why}\n  help: it was changed or damaged; use an intact \
+        copy, or an earlier checkpoint"
     )]
     Impossible {
-        /// What.
+        /// The impossible value.
         why: String,
     },
     /// A model's store cannot be saved or restored.
@@ -123,7 +123,7 @@ pub enum CheckpointError {
     Store {
         /// The part.
         part: String,
-        /// Why.
+        /// The reason.
         why: String,
     },
 }
@@ -132,17 +132,16 @@ pub enum CheckpointError {
 fn target(path: &Path) -> Result<PathBuf, &'static str> {
     match std::fs::canonicalize(path) {
         Ok(there) if there.is_file() => Ok(there),
-        Ok(_) => Err("it is no file"),
-        Err(_) if path.is_symlink() => Err("it is a link that leads nowhere"),
+        Ok(_) => Err("it is not a file"),
+        Err(_) if path.is_symlink() => Err("it is a link to a file that does not exist"),
         // The file or its folder does not exist; writing reports an error if necessary.
         Err(_) => Ok(path.to_owned()),
     }
 }
 
 impl Checkpoint {
-    /// Writes a temporary file next to the target and renames it, so that a full disk does not destroy the old checkpoint. Behind a symbolic link the
-    /// target is the file that the link names; the
-    /// link stays.
+    /// Writes a temporary file next to the target and renames it, so that a full disk does not destroy the old checkpoint. For a symbolic link the
+    /// target is the file to which the link points; the link itself is kept.
     ///
     /// # Errors
     /// [`CheckpointError::Io`], also if the target exists and is not a regular file (a folder, a device, a pipe) or is a dangling link.
@@ -173,7 +172,7 @@ impl Checkpoint {
     /// Returns the contents of a checkpoint file: a magic number, a checksum, the data.
     ///
     /// # Errors
-    /// Why it cannot be written down.
+    /// The reason for which the checkpoint cannot be encoded.
     pub fn to_bytes(&self) -> Result<Vec<u8>, String> {
         let body = rmp_serde::to_vec_named(self).map_err(|e| e.to_string())?;
         let sum = noise::hash(body.iter().copied()).to_le_bytes();
@@ -183,10 +182,10 @@ impl Checkpoint {
     /// Reads one from [`Checkpoint::to_bytes`].
     ///
     /// # Errors
-    /// Why it is none.
+    /// The reason for which the bytes are not a checkpoint.
     pub fn from_bytes(bytes: &[u8]) -> Result<Checkpoint, String> {
         if bytes.len() < 16 || (&bytes[..8] != MAGIC && &bytes[..8] != MAGIC_02) {
-            return Err("it does not begin as one".into());
+            return Err("it does not begin with the signature of a checkpoint".into());
         }
         if noise::hash(bytes[16..].iter().copied()).to_le_bytes() != bytes[8..16] {
             return Err("its contents are damaged or cut short".into());
@@ -197,13 +196,13 @@ impl Checkpoint {
     /// Reads one.
     ///
     /// # Errors
-    /// [`CheckpointError::Io`]; [`CheckpointError::Format`] when it is not one or is damaged.
+    /// [`CheckpointError::Io`]; [`CheckpointError::Format`] if the file is not a checkpoint or is damaged.
     pub fn read(path: &Path) -> Result<Checkpoint, CheckpointError> {
         let name = path.display().to_string();
         let io = |source| CheckpointError::Io { path: name.clone(), source };
         // Reading a device or a pipe may never end.
         if !path.metadata().map_err(io)?.is_file() {
-            return Err(io(std::io::Error::other("it is no file")));
+            return Err(io(std::io::Error::other("it is not a file")));
         }
         let bytes = std::fs::read(path).map_err(io)?;
         let format = |why| CheckpointError::Format { path: name.clone(), why };

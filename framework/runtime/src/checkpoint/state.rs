@@ -1,4 +1,4 @@
-//! State of a run to memory, to a checkpoint, and back.
+//! Copies the state of a run to memory or to a checkpoint, and back.
 use super::file::{Checkpoint, CheckpointError, Instant};
 use crate::author::noise;
 use crate::author::ports::Direction;
@@ -29,11 +29,10 @@ impl Simulation {
         }
     }
 
-    /// Whether every part of the present phase can be saved and copied: whether checkpoints, forks and
-    /// snapshots are whole.
+    /// Checks that every part of the present phase can be saved and copied, so that checkpoints, forks and snapshots are complete.
     ///
     /// # Errors
-    /// [`CheckpointError::Store`] with the first part that cannot.
+    /// [`CheckpointError::Store`] with the first part that cannot be saved.
     pub fn can_save(&self) -> Result<(), CheckpointError> {
         savable(self.plan())
     }
@@ -41,8 +40,8 @@ impl Simulation {
     /// Takes a snapshot back.
     ///
     /// # Errors
-    /// [`CheckpointError::Mismatch`] when it is of another program; [`CheckpointError::Store`] when it
-    /// lacks the store of a part that cannot be saved.
+    /// [`CheckpointError::Mismatch`] if it belongs to another program; [`CheckpointError::Store`] if it lacks the store of a part that cannot be
+    /// saved.
     pub fn load_from(&mut self, s: &Snapshot) -> Result<(), CheckpointError> {
         if s.program != self.program().hash() {
             let why = "parameters, rates or wires differ".to_string();
@@ -70,7 +69,7 @@ impl Simulation {
         })
     }
 
-    /// The state as a checkpoint; `configuration` rebuilds the simulation.
+    /// Returns the state as a checkpoint; `configuration` is the text from which the simulation can be rebuilt.
     ///
     /// # Errors
     /// [`CheckpointError::Store`] when a model's store cannot be written.
@@ -110,14 +109,17 @@ impl Simulation {
         s.x.iter().chain(&s.d).chain(&s.sig).flat_map(|v| v.to_le_bytes()).collect()
     }
 
-    /// Takes a checkpoint of the same plan.
+    /// Restores a checkpoint of the same plan.
     ///
     /// # Errors
     /// [`CheckpointError::Mismatch`] naming the lanes that differ; [`CheckpointError::Store`].
     pub fn restore(&mut self, c: &Checkpoint) -> Result<(), CheckpointError> {
         let mismatch = |why: String| Err(CheckpointError::Mismatch { why });
         let Some(phase) = self.program().phases.get(c.instant.phase as usize) else {
-            return mismatch(format!("it is in phase {}, which is not here", c.instant.phase));
+            return mismatch(format!(
+                "it is in phase {}, which this simulation does not have",
+                c.instant.phase
+            ));
         };
         let plan = phase.plan.clone();
         let layout = layout(&plan);
@@ -187,7 +189,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Hash of tick, lanes, stores and pins: equal hashes, equal bits.
+    /// Returns a hash of tick, lanes, stores and pins; equal hashes mean bit-identical states.
     pub fn hash(&self) -> u64 {
         let s = &self.state;
         let mut bytes = s.tick.to_le_bytes().to_vec();
@@ -205,34 +207,40 @@ impl Simulation {
     }
 }
 
-/// What in a checkpoint of this plan no run can have written: numbers that are none, instants that are not between two rows.
+/// Returns the first value in a checkpoint of this plan that no run can have written, such as NaN or an instant that is not between two rows.
 fn impossible(c: &Checkpoint, plan: &Plan) -> Option<String> {
     let Instant { since, micro, memory, entered, phase } = &c.instant;
     let gap = plan.base.times(plan.table[c.row as usize].gap);
     if !(*since >= 0.0 && *since <= gap) {
-        return Some(format!("an instant {since} s after a row, and rows are {gap} s apart"));
+        return Some(format!("its time is {since} s after a row, but rows are {gap} s apart"));
     }
     let time = plan.base.times(c.tick) + since;
     if c.time.to_bits() != time.to_bits() {
-        return Some(format!("tick {} is {time} s, and it says {} s", c.tick, c.time));
+        return Some(format!(
+            "tick {} is at {time} s, but the checkpoint states {} s",
+            c.tick, c.time
+        ));
     }
     // A double cannot represent a shorter time step at this time.
     if c.tick as f64 * plan.base.seconds() > TIME_MAX || time + gap == time {
-        return Some(format!("tick {} at {time} s, where a row has no length any more", c.tick));
+        return Some(format!(
+            "tick {} is at {time} s, where the distance between rows is lost in round-off",
+            c.tick
+        ));
     }
     if *micro > EVENTS_MAX {
-        return Some(format!("{micro} events at one instant"));
+        return Some(format!("it has {micro} events at one instant"));
     }
     let (next, error) = *memory;
     if !(next >= 0.0 && error >= 0.0) {
-        return Some(format!("a step of {next} s with an error of {error}"));
+        return Some(format!("its next step is {next} s and the error estimate {error}"));
     }
     // Allow round-off, because the same steps may be summed in two ways.
     let begins = |t: f64| (0.0..=time + 1e-9 * (1.0 + time)).contains(&t);
     let other = entered.iter().find(|t| !(begins(**t) || **t == f64::INFINITY));
     let own = entered.get(*phase as usize).filter(|t| !begins(**t));
     if let Some(t) = other.or(own) {
-        return Some(format!("a phase that began at {t} s, and it is {time} s"));
+        return Some(format!("a phase began at {t} s, but the checkpoint is at {time} s"));
     }
     let mut guards = c.guards.iter().zip(&plan.guards);
     let bad = guards.find(|((value, change, slack, side, due), guard)| {
@@ -246,7 +254,7 @@ fn impossible(c: &Checkpoint, plan: &Plan) -> Option<String> {
         !(known && sides(side) && ways.contains(due))
     });
     if let Some((_, guard)) = bad {
-        return Some(format!("guard `{}` stands nowhere", guard.name));
+        return Some(format!("guard `{}` has an impossible state", guard.name));
     }
     c.pins
         .iter()
@@ -254,11 +262,11 @@ fn impossible(c: &Checkpoint, plan: &Plan) -> Option<String> {
         .map(|(path, y)| format!("`{path}` is pinned to {y}"))
 }
 
-/// Longest simulated time (s) and events at one instant that are believed.
+/// Largest plausible simulated time (s) and number of events at one instant.
 const TIME_MAX: f64 = 1e15;
 const EVENTS_MAX: u32 = 1001;
 
-/// That every store of a plan can be saved.
+/// Checks that every store of a plan can be saved.
 fn savable(plan: &Plan) -> Result<(), CheckpointError> {
     for part in plan.stored.iter().map(|&k| &plan.parts[k as usize]) {
         let can = part.prototype.can_save();
@@ -267,7 +275,7 @@ fn savable(plan: &Plan) -> Result<(), CheckpointError> {
     Ok(())
 }
 
-/// Names of the states, in the order of their lanes.
+/// Returns the names of the states in the order of their lanes.
 fn layout(plan: &Plan) -> Vec<String> {
     let mut names = vec![String::new(); plan.sizes.x + plan.sizes.d];
     for (path, v) in &*plan.lanes {

@@ -1,4 +1,4 @@
-//! What arrives at the inputs of all parts, and what follows of it: one source lane for each input lane; reductions get many.
+//! Sources of the inputs of all parts: one source lane for each input lane, several for reductions.
 use super::connections::{Connections, Link};
 use super::part::Part;
 use crate::author::host::End;
@@ -43,13 +43,13 @@ impl Arrivals {
         Arrivals { first, all: Vec::new(), by: vec![NONE; n], excused: vec![false; n] }
     }
 
-    /// `n` lanes of a part from `lane` on are named by a wire.
+    /// Marks `n` lanes of a part from `lane` on as named by a wire.
     pub fn excuse(&mut self, part: usize, lane: usize, n: usize) {
         let first = self.first[part] + lane;
         self.excused[first..first + n].fill(true);
     }
 
-    /// The link that arrives at an input lane already.
+    /// Returns the link that already arrives at an input lane.
     pub fn at(&self, part: usize, lane: usize) -> Option<usize> {
         let link = self.by[self.first[part] + lane];
         (link != NONE).then_some(link as usize)
@@ -61,7 +61,7 @@ impl Arrivals {
         self.all.push(Arrival { input, link, source });
     }
 
-    /// Sources of every input of every part, into `out`. `bound`: parts and their bindings that are given, in order.
+    /// Writes the sources of every input of every part to `out`. `bound`: parts and their bindings that are given, in order.
     pub fn finish(
         self,
         parts: &[Part<'_>],
@@ -93,7 +93,7 @@ impl Arrivals {
 }
 
 impl Link {
-    /// By what it is sorted among those that arrive at one lane: the path of its part's port, or where a wire begins.
+    /// Returns the sort key among the sources of one lane: the path of its part's port, or the start of the wire.
     fn key(&self) -> &str {
         match self.end {
             End::Input => &self.to,
@@ -104,7 +104,7 @@ impl Link {
 
 struct Sorted {
     all: Vec<Arrival>,
-    /// Where in `all` those of each input lane begin.
+    /// Index in `all` of the first source of each input lane.
     begins: Vec<u32>,
     excused: Vec<bool>,
 }
@@ -114,7 +114,7 @@ impl Sorted {
         &self.all[self.begins[input] as usize..self.begins[input + 1] as usize]
     }
 
-    /// Sources of all inputs of a part, whose first is `lane`.
+    /// Finds the sources of all inputs of a part; the first input is `lane`.
     fn part(
         &self,
         (k, part): (usize, &Part<'_>),
@@ -169,7 +169,7 @@ impl Sorted {
             }
         }
         for bind in missing {
-            let fact = format!("`{}`: binding `{bind}` is not given", part.spec.path);
+            let fact = format!("`{}`: binding `{bind}` is missing", part.spec.path);
             let help = format!("write `bind: {{ \"{bind}\": \"node:…\" }}` or `\"hinge:…\"`");
             faults.push(Fault::new(part.spec.origin, fact).help(help));
         }
@@ -177,7 +177,7 @@ impl Sorted {
         out.inputs.push((all, ud));
     }
 
-    /// Source lanes of one input port, whose first lane is `lane` in its part and `at` among all.
+    /// Finds the source lanes of one input port; its first lane is `lane` in its part and `at` among all.
     fn port(
         &self,
         (k, port): (usize, &PortSpec),
@@ -210,14 +210,14 @@ impl Sorted {
     }
 }
 
-/// The lane that carries a sum.
+/// Returns the lane that carries a sum.
 fn reduce(out: &mut Connections, sources: Vec<u32>, lanes: usize) -> u32 {
     let dst = out.allocate(lanes);
     out.sums.push(Sum { dst, lanes: lanes as u32, sources });
     dst
 }
 
-/// Whether an input names the binding: what is missing is told there.
+/// Returns whether an input names the binding; a missing binding is then reported for this input.
 fn reads(d: &Description, bind: &str) -> bool {
     d.all_inputs().any(|p| p.bind.as_deref() == Some(bind))
 }

@@ -1,4 +1,4 @@
-//! Bindings: gathered with the ports that they serve, and handed to the host.
+//! Bindings: they are collected with the ports that they serve, and passed to the host.
 use super::connections::Connections;
 use super::part::Part;
 use crate::author::binding::{BindSpec, BindTarget};
@@ -12,7 +12,7 @@ use crate::author::value::{Fault, Value, remedy};
 use crate::plan::spec::{PartSpec, Spec};
 use std::collections::BTreeMap;
 
-/// The host's part as the parts' specifications have it; none when nothing binds and there is none.
+/// Specification of the host's part; `None` if there is no host and no part binds to one.
 pub(super) fn host_spec(spec: &Spec) -> Option<PartSpec> {
     spec.host.as_ref().map(|h| {
         let mut part = PartSpec::new(h.path(), h.kind(), Value::Map(Vec::new()));
@@ -21,7 +21,7 @@ pub(super) fn host_spec(spec: &Spec) -> Option<PartSpec> {
     })
 }
 
-/// Bindings that say themselves what they are bound to.
+/// Bindings whose names contain their targets.
 pub(super) fn own(parts: &[Part<'_>]) -> Vec<BindSpec> {
     let of = |part: &Part<'_>| {
         let own = |bind: &str| {
@@ -37,7 +37,7 @@ pub(super) fn own(parts: &[Part<'_>]) -> Vec<BindSpec> {
     parts.iter().flat_map(of).collect()
 }
 
-/// The host's part, and its wires. `absent`: parts that were not built (their faults are already reported), and services.
+/// Returns the host's part and its wires. `absent`: parts that were not built (their faults are already reported), and services.
 pub(super) fn bind(
     spec: &Spec,
     parts: &[Part<'_>],
@@ -85,14 +85,14 @@ pub(super) fn uncommanded(parts: &[Part<'_>], c: &Connections, warnings: &mut Ve
         if free && !own.is_empty() {
             let names: Vec<&str> = own.iter().map(|(_, name)| *name).collect();
             let path = &part.spec.path;
-            let fact = format!("`{path}` drives a hinge and nothing commands it");
+            let fact = format!("`{path}` drives a hinge, but no wire commands it");
             let help = format!("wire {}", names.join(" or "));
             warnings.push(Fault::new(part.spec.origin, fact).help(help));
         }
     }
 }
 
-/// Outputs that another part has to take up, and that none reads.
+/// Warns of outputs that another part must read and that no part reads.
 pub(super) fn untaken(parts: &[Part<'_>], c: &Connections, warnings: &mut Vec<Fault>) {
     for part in parts {
         for (name, lost) in part.prototype.must_be_read() {
@@ -112,7 +112,7 @@ pub(super) fn untaken(parts: &[Part<'_>], c: &Connections, warnings: &mut Vec<Fa
     }
 }
 
-/// Whether the part is there and has the binding.
+/// Returns whether the part exists and has the binding.
 fn known(bind: &BindSpec, parts: &[Part<'_>], index: &BTreeMap<&str, usize>) -> bool {
     let part = index.get(bind.part.as_str()).map(|&k| parts[k].prototype.description());
     part.is_some_and(|d| d.bindings().contains(&bind.bind.as_str()))
@@ -141,7 +141,7 @@ fn find<'a>(
         )));
     }
     if !host {
-        let fact = format!("`{part}` binds `{name}` but there are no bodies");
+        let fact = format!("`{part}` binds `{name}`, but there are no bodies");
         return Err(Fault::new(origin, fact).help("add `bodies` to the assembly"));
     }
     let inputs = d.all_inputs().map(|p| (p, End::Input));
@@ -150,7 +150,7 @@ fn find<'a>(
     Ok(Some(Bound { spec: bind, ports }))
 }
 
-/// A part for the host, in its place among the others.
+/// Inserts a part for the host at its position among the others.
 pub(super) fn add_host<'a>(
     parts: &mut Vec<Part<'a>>,
     spec: &'a PartSpec,

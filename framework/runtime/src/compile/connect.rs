@@ -1,4 +1,4 @@
-//! Wires: every input lane gets one source lane; reductions get many.
+//! Wires: every input lane has one source lane; reductions have several.
 use super::arrivals::Arrivals;
 use super::connections::{Connections, Link, Tear};
 use super::find::{Finder, FoundPort};
@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 struct Connector<'a, 'b, 'w> {
     finder: Finder<'a, 'b>,
     arrivals: Arrivals,
-    /// Of each link, as its writer wrote it.
+    /// Text of each link, as the user wrote it.
     texts: Vec<&'w str>,
     out: Connections,
 }
@@ -85,8 +85,8 @@ impl<'w> Connector<'_, '_, 'w> {
         };
         if sn != dn {
             return fault(
-                format!("`{from}` has {sn} lanes but `{to}` takes {dn}"),
-                "name one element on the longer side, as in `rate[2]` or `force.x`",
+                format!("`{from}` has {sn} elements, but `{to}` has {dn}"),
+                "select one element on the longer side, as in `rate[2]` or `force.x`",
             );
         }
         let whole = sn == src.spec.lanes && dn == dst.spec.lanes;
@@ -99,7 +99,7 @@ impl<'w> Connector<'_, '_, 'w> {
                 && !matches!(dst.spec.kind, PortKind::Bool))
         {
             return fault(
-                format!("`{from}` is a {:?} but `{to}` is a {:?}", src.spec.kind, dst.spec.kind),
+                format!("`{from}` is a {:?}, but `{to}` is a {:?}", src.spec.kind, dst.spec.kind),
                 "wire ports of one kind, or name the elements",
             );
         }
@@ -109,16 +109,16 @@ impl<'w> Connector<'_, '_, 'w> {
         {
             let shown = |u: &str| if u.is_empty() { "no unit".to_string() } else { u.to_string() };
             return fault(
-                format!("{from} is in {} but {to} wants {}", shown(&su), shown(&du)),
-                "wire the quantity itself, or put a converter between them",
+                format!("{from} is in {}, but {to} is in {}", shown(&su), shown(&du)),
+                "wire an output of the same quantity, or insert a part that converts it",
             );
         }
         if let (Some(f), Some(g)) = (&src.spec.frame, &dst.spec.frame)
             && f != g
         {
             return fault(
-                format!("`{from}` is in frame `{f}` but `{to}` wants frame `{g}`"),
-                "put a frame transformation between them",
+                format!("`{from}` is in frame `{f}`, but `{to}` requires frame `{g}`"),
+                "insert a frame transformation between them",
             );
         }
         let sent = (src.lane + s0) as u32;
@@ -135,7 +135,7 @@ impl<'w> Connector<'_, '_, 'w> {
                 let other = self.texts[other];
                 return fault(
                     format!("input `{to}` is wired twice; the other wire is `{other}`"),
-                    "remove one of the two: only inputs marked `sum` take several wires",
+                    "remove one of the two: only inputs marked `sum` accept several wires",
                 );
             }
         }
@@ -152,7 +152,7 @@ impl<'w> Connector<'_, '_, 'w> {
         Ok(())
     }
 
-    /// `n` lanes of the reader from `lane` on get those from the link's source on.
+    /// Connects `n` lanes of the reader from `lane` on to the lanes from the link's source on.
     fn link(&mut self, link: Link, text: &'w str, (lane, n): (usize, usize)) {
         for k in 0..n {
             let at = self.out.links.len();
@@ -162,7 +162,7 @@ impl<'w> Connector<'_, '_, 'w> {
         self.texts.push(text);
     }
 
-    /// Lanes for what a wire carries whose values are sought; they start at the default of the input.
+    /// Allocates lanes for the unknown values of a wire that is solved for; they start at the default of the input.
     fn tear(
         &mut self,
         wire: &WireSpec,
@@ -171,7 +171,7 @@ impl<'w> Connector<'_, '_, 'w> {
         tolerance: f64,
     ) -> Result<u32, Vec<Fault>> {
         if !(tolerance > 0.0 && tolerance < 1.0) {
-            let fact = format!("wire `{}`: a tolerance of {tolerance}", wire.text);
+            let fact = format!("wire `{}`: the tolerance is {tolerance}", wire.text);
             return Err(vec![
                 Fault::new(wire.origin, fact).help("write one above 0 and below 1, e.g. 1e-10"),
             ]);
@@ -191,7 +191,7 @@ impl<'w> Connector<'_, '_, 'w> {
         Ok(sought)
     }
 
-    /// A wire between a part and the host; both ports exist and are of one kind.
+    /// Adds a wire between a part and the host; both ports exist and are of the same kind.
     fn bound(&mut self, host: usize, wire: &'w HostWire, faults: &mut Vec<Fault>) {
         let Some(part) = self.finder.part(&wire.part) else { return };
         let (Some(far), Some(near)) = (
@@ -209,8 +209,10 @@ impl<'w> Connector<'_, '_, 'w> {
         let other = (to.lane..to.lane + n).find_map(|at| self.arrivals.at(to.part, at));
         if let Some(other) = other.filter(|_| !to.spec.sum) {
             let Link { from, to, .. } = &self.out.links[other];
-            let fact = format!("`{a} -> {b}`: `{from} -> {to}` drives the same already");
-            let help = "take one of the two out: they would act in each other's place";
+            let fact = format!(
+                "`{a} -> {b}`: the connection `{from} -> {to}` already drives the same input"
+            );
+            let help = "remove one of the two, because an input can have only one source";
             faults.push(Fault::new(wire.origin, fact).help(help));
         }
         let link = Link {
@@ -226,7 +228,7 @@ impl<'w> Connector<'_, '_, 'w> {
     }
 }
 
-/// Units of the first of `n` lanes of two ports that are of different quantities.
+/// Returns the units of the first of `n` lanes of two ports that have different quantities.
 fn unlike(
     (from, a): (&PortSpec, usize),
     (to, b): (&PortSpec, usize),
@@ -239,7 +241,7 @@ fn unlike(
     differ.find(|(a, b)| !quantity(a).same_quantity(&quantity(b)))
 }
 
-/// The links as a plan lists them.
+/// Returns the links in the form of the list of a plan.
 pub(super) fn listing(links: Vec<Link>, parts: &[Part<'_>], order: &Order) -> Vec<WirePlan> {
     let listed = |l: Link| {
         let held = parts.get(l.reader).is_none_or(|p| p.wiring.period == 0);

@@ -1,4 +1,4 @@
-//! Connections: which lane feeds which input.
+//! Connections: the source lane of each input.
 use crate::author::host::End;
 use crate::author::value::Origin;
 use crate::plan::compiled::{Sizes, Sum, Via};
@@ -19,7 +19,7 @@ pub(crate) struct Connections {
     pub sizes: Sizes,
     /// Signal lanes of inputs without a wire: (part, input lane) → lane.
     pub free: BTreeMap<(usize, usize), u32>,
-    /// Wires whose values are sought: the algebraic loops are cut there.
+    /// Wires that are solved for: algebraic loops are cut at these wires.
     pub tears: Vec<Tear>,
     /// For listings and loop reports.
     pub links: Vec<Link>,
@@ -27,9 +27,9 @@ pub(crate) struct Connections {
 
 /// A wire that is solved for.
 pub(crate) struct Tear {
-    /// What the writer sends.
+    /// Lanes that the writer sends.
     pub sources: Vec<u32>,
-    /// First of the lanes that the reader sees.
+    /// First of the lanes that the reader reads.
     pub sought: u32,
     pub tolerance: f64,
     pub reader: usize,
@@ -38,13 +38,13 @@ pub(crate) struct Tear {
     pub origin: Origin,
 }
 
-/// What joins an output to an input.
+/// Connection of an output to an input.
 pub(crate) struct Link {
-    /// Path of the output, or what is bound.
+    /// Path of the output, or the target of the binding.
     pub from: String,
     pub to: String,
     pub via: Via,
-    /// Which end it is known by: the reader where a host's output is bound, else the writer.
+    /// End that identifies the link: the reader if an output of the host is bound, else the writer.
     pub end: End,
     pub origin: Origin,
     /// First source lane.

@@ -1,9 +1,9 @@
 //! Connectors: the current that a part draws is passed to the source of its supply.
 //!
-//! A connector is a group of inputs and outputs of a part, such as a voltage that it sees and a current that it draws. Wires join the connectors of
-//! two parts in both directions or not at all: an input of a connector that comes from another connector requires that the
-//! outputs of the same quantities go back to it, unless that one has no inputs. So no wire of a pair can be forgotten, and a conserved flow (current, mass, heat) is neither lost
-//! nor created by wiring.
+//! A connector is a group of inputs and outputs of a part, such as the voltage that it reads and the current that it draws. Wires join the connectors
+//! of two parts in both directions or not at all: an input of a connector that comes from another connector requires that the outputs of the same
+//! quantities are wired back to it, unless the other connector has no inputs. Therefore no wire of a pair can be forgotten, and wiring neither loses
+//! nor creates a conserved flow (current, mass, heat).
 use super::connections::Link;
 use super::part::Part;
 use crate::author::ports::PortSpec;
@@ -67,7 +67,7 @@ pub(super) fn check(parts: &[Part<'_>], links: &[Link], faults: &mut Vec<Fault>)
                     && reported.insert(connector)
                 {
                     let fact = format!(
-                        "`{own}` takes `{}` from `{other}`, but its `{}` does not go there",
+                        "`{own}` receives `{}` from `{other}`, but its `{}` is not connected back to it",
                         port.name, lost.name
                     );
                     faults.push(Fault::new(link.origin, fact).help(join(&own)));

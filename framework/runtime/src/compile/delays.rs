@@ -9,19 +9,19 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Longest delay in samples: beyond it somebody mistook seconds for samples.
+/// Maximum delay in samples; a longer one was probably meant in seconds.
 const SAMPLES_MAX: u32 = 100_000;
 
-/// The wires, with each delayed one in two, and the parts between them.
+/// The wires, where each delayed wire is replaced by two wires and a part between them.
 pub(super) struct Delays<'a> {
     /// Wires of the specification, and those to and from the parts of delays.
     pub wires: Cow<'a, [WireSpec]>,
-    /// One for each delayed wire; its place in [`Delays::of`].
+    /// For each delayed wire: its index in [`Delays::of`].
     pub specs: Vec<PartSpec>,
     of: Vec<&'a WireSpec>,
 }
 
-/// Names the parts of delayed wires. Their rates follow from the two ends.
+/// Creates the parts of delayed wires. The rates of the parts follow from the two ends.
 pub(super) fn split<'a>(spec: &'a Spec) -> Delays<'a> {
     let delayed = |w: &&WireSpec| matches!(w.timing, WireTiming::Delayed { .. });
     let mut of: Vec<&WireSpec> = spec.wires.iter().filter(delayed).collect();
@@ -62,7 +62,7 @@ pub(super) fn split<'a>(spec: &'a Spec) -> Delays<'a> {
     Delays { wires: Cow::Owned(wires), specs, of }
 }
 
-/// The part that an end names: `IMU.accel.x` arrives as part `IMU.accel`.
+/// Returns the part that an end names: `IMU.accel.x` arrives as part `IMU.accel`.
 fn owner<'a>(end: &PortRef, find: &impl Fn(&str) -> Option<&'a PartSpec>) -> Option<&'a PartSpec> {
     let mut path = end.part.as_str();
     loop {
@@ -74,7 +74,7 @@ fn owner<'a>(end: &PortRef, find: &impl Fn(&str) -> Option<&'a PartSpec>) -> Opt
 }
 
 impl Delays<'_> {
-    /// Puts the parts among the others.
+    /// Inserts the parts among the others.
     pub fn add<'b>(&'b self, parts: &mut Vec<Part<'b>>, faults: &mut Vec<Fault>) {
         if self.specs.is_empty() {
             return;
@@ -87,7 +87,7 @@ impl Delays<'_> {
                 Fault::new(wire.origin, format!("wire `{}`: {fact}", wire.text)).help(help)
             };
             if !(1..=SAMPLES_MAX).contains(samples) {
-                let fact = format!("a delay of {samples} samples");
+                let fact = format!("a delay of {samples} samples is not possible");
                 faults.push(fault(fact, "write a number of samples from 1 to 100000"));
             }
             // The check of the wire itself reports a missing end, so continue with a placeholder.
@@ -99,8 +99,8 @@ impl Delays<'_> {
                 start = vec![start.first().copied().unwrap_or(0.0); lanes];
             }
             if start.len() != lanes {
-                let fact = format!("it carries {lanes} numbers and `initial` has {}", start.len());
-                faults.push(fault(fact, "write one number, or one for each"));
+                let fact = format!("it carries {lanes} numbers, but `initial` has {}", start.len());
+                faults.push(fault(fact, "write one number for all, or one for each"));
                 start.resize(lanes, 0.0);
             }
             let samples = (*samples).clamp(1, SAMPLES_MAX);
@@ -134,13 +134,13 @@ impl Delay {
             port.doc_of(doc)
         };
         let held = PortSpec::named("held", PortKind::Numbers, lanes * samples)
-            .doc_of("Samples on their way, the oldest first.");
+            .doc_of("Delayed samples, the oldest first.");
         let description = Description {
             name: "delay".into(),
             doc: "A wire whose values arrive some samples later.".into(),
             functions: Functions { outputs: true, update: true, ..Functions::default() },
-            inputs: vec![port("u", "What is sent.")],
-            outputs: vec![port("y", "What arrives.")],
+            inputs: vec![port("u", "Value to delay.")],
+            outputs: vec![port("y", "Delayed value.")],
             discrete: vec![held],
             ..Description::default()
         };

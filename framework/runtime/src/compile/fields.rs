@@ -1,4 +1,4 @@
-//! Fields: each reader finds its own, and the imprints of its writers become wires.
+//! Fields: each reader is assigned its field, and the imprints of writers become wires.
 use super::part::Part;
 use crate::author::binding::{BindSpec, BindTarget};
 use crate::author::field::imprint_port;
@@ -25,7 +25,7 @@ pub(super) struct Fields {
 }
 
 impl Fields {
-    /// The blocks that the paths stand for.
+    /// Replaces the paths by indices of blocks.
     pub fn plans(&self, parts: &[Part<'_>]) -> Vec<FieldPlan> {
         let index: BTreeMap<&str, u32> =
             parts.iter().map(|p| p.spec.path.as_str()).zip(0..).collect();
@@ -38,7 +38,7 @@ impl Fields {
     }
 }
 
-/// Joins parts to the fields that they bind, or else to the nearest of its kind.
+/// Connects parts to the fields that they bind, or else to the nearest field of the same kind.
 /// `absent`: parts that were not built; their faults are already reported.
 pub(super) fn join(
     spec: &Spec,
@@ -89,7 +89,7 @@ fn is_field(part: &Part<'_>) -> bool {
     part.prototype.description().shows.is_some()
 }
 
-/// The field of one part.
+/// Finds the field of one part.
 fn find(
     k: usize,
     (fields, binds): (&[usize], &BTreeMap<&str, &BindSpec>),
@@ -155,7 +155,7 @@ fn find(
                 [f] => *f,
                 several => {
                     let n = several.len();
-                    let fact = format!("`{path}` binds to a {wanted} and there are {n}");
+                    let fact = format!("`{path}` binds to a {wanted}, but there are {n}");
                     let help = format!("bind `{BINDING}` to one of: {}", paths.join(", "));
                     return Err(Fault::new(part.spec.origin, fact).help(help));
                 }
@@ -172,7 +172,7 @@ fn find(
     if let Some(port) = beyond {
         let known: Vec<&str> = imprint.iter().map(|i| &*i.name).collect();
         let field = &parts[field].spec.path;
-        let fact = format!("`{path}` writes `{}`, which `{field}` does not take", port.name);
+        let fact = format!("`{path}` writes `{}`, which `{field}` does not accept", port.name);
         return Err(Fault::new(part.spec.origin, fact).help(remedy(&port.name, "ports", &known)));
     }
     if !writes.is_empty() && !missing.is_empty() {
@@ -185,7 +185,7 @@ fn find(
     Ok(Some(Use { part: k, field, reads, writes }))
 }
 
-/// A path as seen from a part: in its own assembly, then in those around.
+/// Resolves a path relative to a part: first in its own assembly, then in the assemblies around it.
 fn scopes<'a>(user: &'a str, text: &'a str) -> impl Iterator<Item = String> + 'a {
     let mut scope = Some(user);
     std::iter::from_fn(move || {

@@ -1,4 +1,4 @@
-//! Parts and ports by their names. The index is made once, so that a wire costs the same on a mechanism with thousands of ports.
+//! Search for parts and ports by name. The index is built once, so that the cost of a wire does not grow with the number of ports of a mechanism.
 use super::part::Part;
 use crate::author::model::Description;
 use crate::author::ports::PortSpec;
@@ -26,7 +26,7 @@ pub(super) struct Finder<'a, 'b> {
     absent: BTreeMap<&'a str, bool>,
     /// Inputs and then outputs of each part, both by name.
     ports: Vec<FoundPort<'a>>,
-    /// Where they begin in `ports`: inputs and outputs of the first part, of the second, …; one more at the end.
+    /// Start indices in `ports`: inputs and outputs of the first part, of the second, …; one more at the end.
     begins: Vec<usize>,
 }
 
@@ -57,7 +57,7 @@ impl<'a, 'b> Finder<'a, 'b> {
         self.index.get(path).copied()
     }
 
-    /// A port of a part by its whole name.
+    /// Finds a port of a part by its whole name.
     pub fn port(&self, part: usize, name: &str, output: bool) -> Option<FoundPort<'a>> {
         let side = 2 * part + usize::from(output);
         let ports = &self.ports[self.begins[side]..self.begins[side + 1]];
@@ -65,7 +65,7 @@ impl<'a, 'b> Finder<'a, 'b> {
         ports.get(at).filter(|p| p.spec.name == name).copied()
     }
 
-    /// The part of an end, and the name of the port: `IMU.accel.x` arrives as part `IMU.accel`, port `x`, since lanes have
+    /// Splits an end into its part and the name of the port: `IMU.accel.x` arrives as part `IMU.accel`, port `x`, since lanes have
     /// names too.
     fn split<'e>(
         &self,
@@ -87,7 +87,7 @@ impl<'a, 'b> Finder<'a, 'b> {
                     let fact = format!("wire `{wire}`: `{part}` is a service: it has no ports");
                     return Err(Some(
                         Fault::new(origin, fact)
-                            .help("models ask services themselves; name it in their parameters"),
+                            .help("models use services directly: write the path of the service in their parameters"),
                     ));
                 }
                 Some(false) => return Err(None),
@@ -104,7 +104,7 @@ impl<'a, 'b> Finder<'a, 'b> {
         }
     }
 
-    /// Finds a port and the lanes of it that are meant: the first, and how many.
+    /// Finds a port and the named lanes: the first lane and their number.
     pub fn find(
         &self,
         end: &PortRef,
@@ -156,7 +156,7 @@ impl<'a, 'b> Finder<'a, 'b> {
     }
 }
 
-/// All inputs or all outputs.
+/// Returns all inputs or all outputs.
 fn side(d: &Description, output: bool) -> impl Iterator<Item = &PortSpec> {
     let (first, second) = match output {
         true => (&d.outputs, &d.feedthrough_outputs),

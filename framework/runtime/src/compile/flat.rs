@@ -1,18 +1,18 @@
-//! Operations before they are ordered: what each reads and writes, and how often its result changes.
+//! Operations before they are ordered: their inputs, outputs, and the times at which their results change.
 use super::connections::Connections;
 use super::part::Part;
 use crate::author::model::lanes;
 use crate::plan::compiled::Op;
 use std::collections::BTreeSet;
 
-/// When an operation's outputs may change.
+/// Times at which the outputs of an operation may change.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Variability {
     /// Never after the first tick.
     Constant,
     /// At the ticks of these (period, offset) pairs.
     Sampled(BTreeSet<(u64, u64)>),
-    /// At any time.
+    /// The outputs may change at any time.
     Continuous,
 }
 
@@ -32,7 +32,7 @@ impl Variability {
 
 pub(super) const NONE: u32 = u32::MAX;
 
-/// Operations without an order, with what they follow from.
+/// Operations without an order, with the operations on which they depend.
 pub(super) struct Flat {
     pub ops: Vec<Op>,
     pub reads: Vec<Vec<u32>>,
@@ -83,7 +83,7 @@ impl Flat {
     }
 }
 
-/// Kahn's algorithm; among the ready the lowest number first, so the order is canonical.
+/// Sorts operations by Kahn's algorithm; among operations that are ready the one with the lowest number is first, so the order is canonical.
 pub(super) fn sort(depends: &[BTreeSet<u32>]) -> Option<Vec<u32>> {
     let mut waiting: Vec<usize> = depends.iter().map(BTreeSet::len).collect();
     let mut readers = vec![Vec::new(); depends.len()];

@@ -9,33 +9,33 @@ use crate::plan::compiled::{Fires, GuardPlan, Guarded, Watched};
 use crate::plan::condition::Condition;
 use std::collections::BTreeMap;
 
-/// A condition on which a phase is left.
+/// A condition at which a phase ends.
 pub(crate) struct WhenSpec<'a> {
-    /// Place of the phase to go to.
+    /// Index of the next phase.
     pub to: u32,
     /// The condition.
     pub when: &'a str,
-    /// Where it is written.
+    /// Position in the file.
     pub origin: Origin,
 }
 
-/// A condition that the run watches, in whatever phase it is.
+/// A condition that the run monitors in every phase.
 pub(crate) struct WatchedSpec<'a> {
     /// The condition.
     pub when: &'a str,
 }
 
-/// What is watched.
+/// Guards of parts, and conditions.
 #[derive(Default)]
 pub(super) struct Watch {
     pub guards: Vec<GuardPlan>,
     pub guarded: Vec<Guarded>,
     pub conditions: Vec<Watched>,
-    /// Operations that they follow from.
+    /// Operations on which they depend.
     pub ops: Vec<u32>,
-    /// One of them may reach zero between rows.
+    /// True if one of them may reach zero between rows.
     pub located: bool,
-    /// Says for each part whether it has modes.
+    /// Returns for each part whether it has modes.
     pub moded: Vec<bool>,
 }
 

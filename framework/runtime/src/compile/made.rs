@@ -1,4 +1,4 @@
-//! Services that several compilations share: made anew only when words or files differ.
+//! Services that several compilations share: they are built again only if their parameters or files differ.
 use crate::author::catalogue::Entry;
 use crate::author::files::Files;
 use crate::author::made::One;
@@ -7,7 +7,7 @@ use crate::author::services::ServiceObject;
 use crate::plan::spec::PartSpec;
 use std::collections::BTreeMap;
 
-/// The files that a service read when it was made, with fingerprints of their contents; none where nothing is shared.
+/// The files that a service read when it was built, with fingerprints of their contents; empty if services are not shared.
 pub(super) fn read_by(part: &PartSpec, files: &Files) -> BTreeMap<String, u64> {
     let found = files
         .made
@@ -16,10 +16,9 @@ pub(super) fn read_by(part: &PartSpec, files: &Files) -> BTreeMap<String, u64> {
     found.unwrap_or_default()
 }
 
-/// The service of a part: the one of an earlier compilation, when it was asked for in the same words in the same `world` (its words and the
-/// contents of its files) and its own files hold
-/// what they held, or else a new one. The files are found again in both cases, so that they are part of the plan's
-/// hash and of what a change is noticed by.
+/// Returns the service of a part: that of an earlier compilation if its parameters, the `world` (parameters and contents of files) and the contents
+/// of its own files are unchanged, or else a new one. The files are searched for in both cases, so that they are part of the plan's hash and changes
+/// of them are detected.
 pub(super) fn service(
     part: &PartSpec,
     entry: &Entry,

@@ -1,4 +1,4 @@
-//! Compilation of a flat specification into a plan. Every mistake is gathered; none hides another.
+//! Compilation of a flat specification into a plan. All faults are collected, so that one fault does not hide another.
 //!
 //! ```text
 //! services → models (parameters) → lanes → wires and bindings → one driver per input →
@@ -65,9 +65,9 @@ pub(crate) fn warn_without_effect(phases: &[&Spec], first: &mut Plan) {
 /// Data of the program that a phase uses.
 #[derive(Default)]
 pub(crate) struct Within<'a> {
-    /// The conditions on which it is left.
+    /// The conditions at which the phase ends.
     pub whens: Vec<WhenSpec<'a>>,
-    /// The conditions that the run watches.
+    /// The conditions that the run monitors.
     pub watches: Vec<WatchedSpec<'a>>,
     /// A tick of which all phases' ticks are multiples, so that one count of ticks serves the whole run.
     pub tick: Option<Seconds>,
@@ -227,8 +227,8 @@ pub(crate) fn compile_phase(
     })
 }
 
-/// What models and services say of their names and parameters: for a report on a specification
-/// that has other faults already and cannot be compiled.
+/// Returns the faults of models and services in their names and parameters, for the report on a specification that has other faults and cannot be
+/// compiled.
 pub fn check_parts(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Vec<Fault> {
     let mut faults = Vec::new();
     let entries = find_entries(spec, catalogue, &mut faults);
@@ -237,7 +237,7 @@ pub fn check_parts(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Vec<Fau
     faults
 }
 
-/// Parts by path with their entries in the catalogue.
+/// Returns the parts by path with their entries in the catalogue.
 fn find_entries<'a>(
     spec: &'a Spec,
     catalogue: &'a Catalogue,
@@ -265,7 +265,7 @@ fn find_entries<'a>(
         .collect()
 }
 
-/// Faults as a reader meets them: by file and place; those without a place last.
+/// Sorts faults by file and place; faults without a place come last.
 fn in_file_order(mut faults: Vec<Fault>) -> Vec<Fault> {
     faults.sort_by_key(|f| f.origin);
     faults.dedup();
@@ -288,7 +288,7 @@ fn build_services(
         let (one, two) = (&worlds[0].0.path, &other.path);
         for (part, at) in [(worlds[0].0, two), (*other, one)] {
             let fact = format!("`{}` and `{at}` describe two different worlds", part.path);
-            let help = "a simulation has one world: state it once, or twice with the same values";
+            let help = "a simulation has one world: write it once, or twice with the same values";
             faults.push(Fault::new(part.origin, fact).help(help));
         }
     }
@@ -332,10 +332,10 @@ fn build_models<'a>(
         if let Some(prototype) = entry.make_model(&part.params, &mut cx) {
             if let (true, Some(site)) = (prototype.description().inertial, &site) {
                 let fact = format!(
-                    "`{}` ({}) takes W for inertial axes, and `{site}` for a site of a planet",
+                    "`{}` ({}) assumes that W is inertial, but according to `{site}` it is a site on a planet",
                     part.path, part.model
                 );
-                let help = "leave the part out, or leave `site` out of `world`";
+                let help = "remove the part, or remove `site` from `world`";
                 faults.push(Fault::new(part.origin, fact).help(help));
             }
             let asks = std::mem::take(&mut cx.asked);

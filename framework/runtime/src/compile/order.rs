@@ -1,4 +1,4 @@
-//! The order of evaluation: from the wires alone. Loops of direct outputs are reported wire by wire.
+//! The order of evaluation, which follows from the wires alone. Loops of direct outputs are reported wire by wire.
 use super::connections::Connections;
 use super::flat::{Flat, NONE, Variability, sort, vary};
 use super::part::Part;
@@ -14,7 +14,7 @@ use std::collections::BTreeSet;
 pub(crate) struct Order {
     pub ops: Vec<Op>,
     pub variability: Vec<Variability>,
-    /// In the stages of the integrator.
+    /// Operations in the stages of the integrator.
     pub staged: Vec<bool>,
     /// Blocks with derivatives.
     pub derivs: Vec<u32>,
@@ -32,13 +32,13 @@ impl Order {
         (0..self.ops.len() as u32).filter(|&k| self.staged[k as usize]).collect()
     }
 
-    /// All but the sampled: what follows at once from a state or input that is set, or from an event.
+    /// All operations except sampled ones: those whose results change immediately with a state, an input or an event.
     pub(crate) fn unsampled(&self) -> Vec<u32> {
         let sampled = |k: u32| matches!(self.variability[k as usize], Variability::Sampled(_));
         (0..self.ops.len() as u32).filter(|&k| !sampled(k)).collect()
     }
 
-    /// Continuous operations that these lanes follow from, in order.
+    /// Returns the continuous operations on which these lanes depend, in order.
     pub(crate) fn upstream(&self, lanes: impl Iterator<Item = u32>) -> Vec<u32> {
         self.flow.upstream(lanes)
     }
@@ -172,7 +172,7 @@ fn stage(
     (derivs, needed)
 }
 
-/// One fault per loop, naming each wire of a shortest one.
+/// Returns one fault per loop, which names each wire of a shortest cycle.
 fn loops(
     ops: &[Op],
     depends: &[BTreeSet<u32>],
@@ -224,12 +224,12 @@ fn loops(
             Fault::new(
                 origin,
                 format!(
-                    "loop of direct outputs through {}: {}",
+                    "algebraic loop of feedthrough outputs through {}: {}",
                     members.join(", "),
                     wires.join(", ")
                 ),
             )
-            .help("write `delay: 1` at one of these wires, or `solve: 1e-10` to find the values that agree, or put a model with state (a lag, an integrator) on it"),
+            .help("write `delay: 1` at one of these wires, or `solve: 1e-10` to solve the loop to this tolerance, or insert a model with state (a lag, an integrator)"),
         );
     }
     faults

@@ -1,4 +1,4 @@
-//! A part while it is compiled.
+//! A part during compilation.
 use crate::author::block::{Prototype, Wiring};
 use crate::plan::spec::PartSpec;
 
@@ -7,6 +7,6 @@ pub(crate) struct Part<'a> {
     pub spec: &'a PartSpec,
     pub prototype: Box<dyn Prototype>,
     pub wiring: Wiring,
-    /// Paths of the services that it asks.
+    /// Paths of the services that it uses.
     pub asks: Vec<String>,
 }

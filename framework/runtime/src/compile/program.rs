@@ -84,11 +84,11 @@ fn another_world(phases: &[PhaseSpec], catalogue: &Catalogue) -> Vec<Fault> {
     let others = phases.iter().filter(|phase| !of_first(&world(phase)));
     let wrong = others.map(|phase| {
         let fact = format!(
-            "phase `{}` has another `world` than phase `{}`, and a world cannot change during a run",
+            "phase `{}` has another `world` than phase `{}`, but a world cannot change during a run",
             phase.name, first.name
         );
         let origin = world(phase).map_or(phase.origin, |w| w.1);
-        Fault::new(origin, fact).help("state `world` once, outside the phases")
+        Fault::new(origin, fact).help("write `world` once, outside the phases")
     });
     wrong.collect()
 }
@@ -126,8 +126,10 @@ fn carried(phases: &[(String, Plan)]) -> Vec<Fault> {
         for part in &plan.parts {
             let Err(why) = part.prototype.can_save() else { continue };
             if let Some(other) = seen.insert(&part.path, phase) {
-                let fact =
-                    format!("`{}` cannot go from phase `{other}` to `{phase}`: {why}", part.path);
+                let fact = format!(
+                    "the state of `{}` cannot be transferred from phase `{other}` to `{phase}`: {why}",
+                    part.path
+                );
                 let help = "keep it in one phase only, or use a unit that can save its state";
                 faults.insert(&part.path, Fault::new(Origin::NONE, fact).help(help));
             }
@@ -146,14 +148,13 @@ fn check(phases: &[PhaseSpec], names: &[&str]) -> Vec<Fault> {
                 let fact = format!("phase `{}`: there is no phase `{}` to go to", phase.name, t.to);
                 faults.push(Fault::new(t.origin, fact).help(remedy(&t.to, "phases", names)));
             } else if t.to == phase.name {
-                let fact =
-                    format!("phase `{}`: a transition to itself changes nothing", phase.name);
-                let help = "name another phase, or use a model with a guard for what happens there";
+                let fact = format!("phase `{}`: a transition to itself has no effect", phase.name);
+                let help = "name another phase, or use a model with a guard for this event";
                 faults.push(Fault::new(t.origin, fact).help(help));
             }
             if let Some(other) = seen.iter().find(|o| o.when == t.when && o.to != t.to) {
                 let fact = format!(
-                    "phase `{}`: `{}` leads to `{}` and to `{}`",
+                    "phase `{}`: the condition `{}` leads to `{}` and to `{}`",
                     phase.name, t.when, other.to, t.to
                 );
                 faults.push(

@@ -12,7 +12,7 @@ use linkwork_integrate::{Control, Limits, Norm, Tolerances};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Ranges of lanes of all parts, the empty ones left out.
+/// Ranges of lanes of all parts, without empty ones.
 pub(super) fn lanes_of(
     parts: &[Part<'_>],
     range: impl Fn(&Description, usize) -> Range<usize>,
@@ -41,7 +41,7 @@ pub(super) fn stepped_outputs(parts: &[Part<'_>]) -> Vec<Range<usize>> {
     all.filter(|r| !r.is_empty()).collect()
 }
 
-/// Parts that ask a service of places at the nodes that are bound to them: air, ground.
+/// Returns the parts that query a service (air, ground) at the positions of the nodes to which they are bound.
 pub(super) fn asked(parts: &[Part<'_>], services: &Services) -> Vec<ServiceQuery> {
     let mut all = Vec::new();
     for (k, part) in parts.iter().enumerate() {
@@ -83,9 +83,15 @@ pub(super) fn integration(
     };
     let positive = |v: f64| v > 0.0 && v.is_finite();
     if !(positive(accuracy.absolute) && accuracy.relative >= 0.0 && accuracy.relative < 1.0) {
-        let fact =
-            format!("accuracy: absolute {} and relative {}", accuracy.absolute, accuracy.relative);
-        refuse(Origin::NONE, fact, "absolute above zero, relative from 0 to below 1, e.g. 1e-9");
+        let fact = format!(
+            "accuracy: the tolerances are {} (absolute) and {} (relative)",
+            accuracy.absolute, accuracy.relative
+        );
+        refuse(
+            Origin::NONE,
+            fact,
+            "the absolute tolerance must be above 0, the relative one at least 0 and below 1, e.g. 1e-9",
+        );
     }
     if !(accuracy.step_max > 0.0) {
         let fact = format!("accuracy: the longest step is {} s", accuracy.step_max);
@@ -133,7 +139,7 @@ pub(super) fn integration(
         Ok(control) => Ok(Integration { method, control: Some(control) }),
         Err(e) => Err(vec![
             Fault::new(Origin::NONE, format!("accuracy: {e}"))
-                .help("choose a method with an error estimate, or leave `accuracy` out"),
+                .help("choose a method with an error estimate, or remove `accuracy`"),
         ]),
     }
 }

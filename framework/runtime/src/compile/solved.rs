@@ -1,4 +1,4 @@
-//! Algebraic loops that are solved: each becomes one operation, with the wires that are sought.
+//! Algebraic loops that are solved: each becomes one operation with the wires that are solved for.
 use super::connections::Connections;
 use super::flat::{Flat, NONE, Variability};
 use super::part::Part;
@@ -8,8 +8,8 @@ use petgraph::algo::tarjan_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Takes the operations of each loop into one, in `flat`; gives the order of what is left (`sequence` is
-/// one of the operations as if every sought value were known), the loops, and how many lanes they need.
+/// Combines the operations of each loop in `flat` into one operation; returns the order of the resulting operations (`sequence` is the order for
+/// known values of the sought lanes), the loops, and the number of lanes that they need.
 pub(super) fn close(
     flat: &mut Flat,
     sequence: &[u32],
@@ -37,9 +37,9 @@ pub(super) fn close(
             None => faults.push(
                 Fault::new(
                     tear.origin,
-                    format!("wire `{}` is to be solved for and closes no loop", tear.text),
+                    format!("wire `{}` has `solve`, but it does not close a loop", tear.text),
                 )
-                .help("leave `solve` out"),
+                .help("remove `solve`"),
             ),
         }
     }
@@ -99,8 +99,7 @@ pub(super) fn close(
     Ok((sequence, loops, (lane as usize) - c.signals))
 }
 
-/// Strongly connected component of each operation, when a reader of a sought lane follows from what
-/// writes the lane that it is to equal.
+/// Returns the strongly connected component of each operation; a reader of a sought lane depends on the writer of the lane that it must equal.
 fn components(flat: &Flat, sent: &BTreeMap<u32, u32>) -> Vec<u32> {
     let mut graph = DiGraph::<(), ()>::new();
     for _ in &flat.ops {
@@ -121,7 +120,7 @@ fn components(flat: &Flat, sent: &BTreeMap<u32, u32>) -> Vec<u32> {
     component
 }
 
-/// When the values of a loop may change: all its sampled parts must be due at the same ticks.
+/// Returns the times at which the values of a loop may change; all its sampled parts must be due at the same ticks.
 pub(super) fn vary(
     l: &Loop,
     depends: &[u32],
@@ -143,7 +142,7 @@ pub(super) fn vary(
         Some(part) if !one => {
             let tear = c.tears.iter().find(|t| l.wires.contains(&t.text));
             let fact = format!(
-                "the loop of wire `{}` goes through `{}`, whose output changes at its samples only",
+                "the loop of wire `{}` goes through `{}`, whose output changes only at its samples",
                 l.wires[0], part.spec.path
             );
             let origin = tear.map_or(part.spec.origin, |t| t.origin);

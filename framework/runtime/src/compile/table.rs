@@ -1,4 +1,4 @@
-//! Rates: the common tick, and the static table of what is due when.
+//! Rates: the common tick, and the static table of the work that is due at each row.
 use super::flat::Variability;
 use super::order::Order;
 use super::part::Part;
@@ -36,13 +36,16 @@ pub(crate) fn rates(
             None if d.functions.update && d.continuous.is_empty() => faults.push(
                 Fault::new(
                     p.origin,
-                    format!("`{}` ({}) is sampled and has no rate", p.path, p.model),
+                    format!("`{}` ({}) is sampled, but has no rate", p.path, p.model),
                 )
                 .help("write `rate: \"50 Hz\"`"),
             ),
             None if d.functions.update => faults.push(
-                Fault::new(p.origin, format!("`{}` ({}) has updates and no rate", p.path, p.model))
-                    .help("write `rate: \"50 Hz\"`"),
+                Fault::new(
+                    p.origin,
+                    format!("`{}` ({}) has updates, but no rate", p.path, p.model),
+                )
+                .help("write `rate: \"50 Hz\"`"),
             ),
             None => {}
             Some(_) if !d.functions.update && !d.continuous.is_empty() => faults.push(
@@ -178,7 +181,7 @@ fn work_at(at: u64, parts: &[Part<'_>], order: &Order, fields: &[FieldPlan]) -> 
     TickWork { ops, updates, fields: fields.into_iter().map(|(k, _)| k).collect(), refresh }
 }
 
-/// The greatest tick of which the step and all periods and offsets are multiples.
+/// Returns the greatest tick of which the step and all periods and offsets are multiples.
 pub(crate) fn common_tick(spec: &Spec) -> Option<Seconds> {
     let times = spec.parts.iter().flat_map(|p| p.rate.into_iter().chain([p.offset]));
     times.filter(|t| t.num > 0).try_fold(spec.step, Seconds::common)

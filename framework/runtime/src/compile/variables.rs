@@ -25,7 +25,7 @@ pub(crate) fn variables(
         let Some(l) = loops.iter().find(|l| l.wires.contains(&tear.text)) else { continue };
         let names = [
             ("iterations", "Newton steps of the last solution of this wire's loop."),
-            ("residual", "Greatest difference that is left, as a part of its tolerance."),
+            ("residual", "Greatest remaining difference, relative to its tolerance."),
         ];
         for (k, (name, doc)) in names.into_iter().enumerate() {
             let variable = Variable {
@@ -72,8 +72,8 @@ pub(crate) fn variables(
     all.into_iter().collect()
 }
 
-/// Variables of the parts of a specification that cannot be compiled, as far as they follow from the
-/// catalogue; and the paths of the parts of which nothing is known.
+/// Returns the variables of the parts of a specification that cannot be compiled, as far as they follow from the catalogue, and the paths of parts
+/// whose variables are unknown.
 pub fn known_variables(
     spec: &Spec,
     catalogue: &Catalogue,
@@ -95,7 +95,7 @@ pub fn known_variables(
     (all.into_keys().collect(), dark)
 }
 
-/// Which lanes of a part.
+/// Set of lanes of a part.
 #[derive(Clone, Copy)]
 enum Side {
     Input,
@@ -104,12 +104,12 @@ enum Side {
     Discrete,
 }
 
-/// A lane of every part of a model.
+/// A lane that every part of a model has.
 struct Lane {
-    /// `.rate.x`, `.state.angle`: what follows the path of the part.
+    /// Suffix after the path of the part: `.rate.x`, `.state.angle`.
     name: String,
     side: Side,
-    /// Place among the lanes of its side.
+    /// Index among the lanes of its side.
     at: usize,
     unit: Text,
     doc: Text,
@@ -130,7 +130,7 @@ impl Lane {
     }
 }
 
-/// The lanes of a model by name. Parts are in the order of their paths, too: so sorting all variables costs little.
+/// Returns the lanes of a model by name. Parts are in the order of their paths, too, so sorting all variables costs little.
 fn lanes(d: &Description) -> Vec<Lane> {
     fn add<'p>(
         all: &mut Vec<Lane>,

@@ -6,8 +6,9 @@
 //! declared    `stored` (J, kg, C), `gained`, `lost` (W, kg/s, A) of `#[port(..)]`, and the accounts of a block
 //! part        Σ connectors − Σ work + gained − lost = d/dt stored
 //! ```
-//! All terms count positive into the part. A part with connectors and nothing declared that has one kind of term is a boundary of the simulation: its exchange (thrust, drag, the
-//! heat of a radiator) is a term of the balance, and there is nothing to check. Every other part has to close.
+//! All terms are positive if they increase the amount in the part. A part without declared accounts and with only one kind of term is a boundary of
+//! the simulation: its exchange (thrust, drag, the heat of a radiator) is a term of the balance and is not checked. The terms of every other part
+//! must add up to zero.
 pub use crate::author::account::{Account, OwnAccount, OwnAccounts, Quantity};
 use crate::author::model::Description;
 use crate::author::ports::{PortKind, PortSpec};
@@ -15,7 +16,7 @@ use crate::author::value::Origin;
 use crate::plan::program::Program;
 use std::collections::BTreeSet;
 
-/// Where a term of a part comes from.
+/// Origin of a term of a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// Through an electrical connector.
@@ -24,9 +25,9 @@ pub enum Kind {
     Heat,
     /// Through a propellant connector.
     Propellant,
-    /// Work of its torques and wrenches on the mechanism, counted negative; of the mechanism: what all parts do.
+    /// Work of its torques and wrenches on the mechanism, counted negative; for the mechanism: the work of all parts.
     Work,
-    /// Change of what it stores, counted negative.
+    /// Change of the stored amount, counted negative.
     Stored,
     /// Declared as gained.
     Gained,
@@ -42,33 +43,33 @@ pub type Product = (f64, String, Option<String>);
 pub struct Term {
     /// Path of the part.
     pub part: String,
-    /// What it counts.
+    /// Quantity that it counts.
     pub quantity: Quantity,
-    /// Where it comes from.
+    /// Origin of the term.
     pub kind: Kind,
     /// Name of the connector, binding or port.
     pub name: String,
-    /// Its rate is the sum of these; of what is stored, the amount. Empty for an account of a block, which reports it itself.
+    /// Products whose sum is the rate of the term, or the amount of a stored quantity. Empty for an account of a block, which reports it itself.
     pub of: Vec<Product>,
 }
 
 /// The terms of a part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartTerms {
-    /// Its path.
+    /// Path of the part.
     pub part: String,
-    /// Where it is written.
+    /// Position in the file.
     pub origin: Origin,
     /// Terms from its ports.
     pub terms: Vec<Term>,
     /// Terms that its block reports.
     pub own: OwnAccounts,
-    /// Wrenches and torques whose work is not known because it does not read the motion of what it acts on.
+    /// Wrenches and torques whose work is unknown, because the part does not read the motion of the body on which they act.
     pub silent: Vec<String>,
 }
 
 impl PartTerms {
-    /// Whether its terms of a quantity have to add up to zero.
+    /// Returns whether its terms of a quantity must add up to zero.
     pub fn has_to_close(&self, quantity: Quantity) -> bool {
         let of = || self.terms.iter().filter(|t| t.quantity == quantity);
         let declared = |t: &Term| matches!(t.kind, Kind::Stored | Kind::Gained | Kind::Lost);
@@ -86,7 +87,7 @@ impl PartTerms {
     }
 }
 
-/// The terms of all parts of all phases, in path order of the phases. A part that several phases have counts once.
+/// Returns the terms of all parts of all phases, sorted by path. A part that several phases have counts once.
 pub fn terms(program: &Program) -> Vec<PartTerms> {
     let (mut all, mut known) = (Vec::new(), BTreeSet::new());
     for part in program.phases.iter().flat_map(|phase| &phase.plan.parts) {
@@ -106,7 +107,7 @@ pub fn terms(program: &Program) -> Vec<PartTerms> {
     all
 }
 
-/// The terms of a part, and the wrenches and torques whose work is not known.
+/// Returns the terms of a part, and the wrenches and torques whose work is unknown.
 fn of_part(path: &str, d: &Description) -> (Vec<Term>, Vec<String>) {
     let mut terms = connectors(path, d);
     let mut silent = Vec::new();
@@ -168,7 +169,7 @@ fn connectors(path: &str, d: &Description) -> Vec<Term> {
     terms
 }
 
-/// The work of a torque or wrench; an error without the motion of what it acts on.
+/// Returns the work of a torque or wrench; an error if the motion of the body on which it acts is unknown.
 fn work(path: &str, d: &Description, port: &PortSpec) -> Option<Result<Term, String>> {
     let motion = match port.kind {
         PortKind::HingeTorque => PortKind::HingeState,

@@ -24,11 +24,11 @@ pub struct Plan {
     pub ops: Vec<Op>,
     /// Operations that are evaluated at every stage of the integrator (indices into `ops`).
     pub stage_ops: Vec<u32>,
-    /// All but the sampled operations: what follows at once from a change of state (indices into `ops`).
+    /// All operations except sampled ones: those whose results change immediately with the state (indices into `ops`).
     pub continuous_ops: Vec<u32>,
     /// Blocks with derivatives.
     pub derivs: Vec<u32>,
-    /// Distinct sets of work at a tick.
+    /// Distinct sets of work at ticks.
     pub works: Vec<TickWork>,
     /// The hyperperiod: (ticks to the next row, index into `works`).
     pub table: Vec<Row>,
@@ -36,11 +36,11 @@ pub struct Plan {
     pub base: Seconds,
     /// Integration step.
     pub step: Seconds,
-    /// How it is integrated.
+    /// Settings of the integration.
     pub integration: Integration,
     /// Seed of all noise.
     pub seed: u64,
-    /// Every variable of the whole program, by path: what outside handles refer to. In a program with
+    /// Every variable of the whole program, by path; handles of users refer to these. In a program with
     /// several phases the places are channels.
     pub variables: Arc<BTreeMap<String, Variable>>,
     /// The variables of this plan, in its own lanes.
@@ -69,41 +69,41 @@ pub struct Plan {
     pub still: Vec<Range<usize>>,
     /// Slots of x that blocks advance with their own stepping method.
     pub stepped: Vec<Range<usize>>,
-    /// Signal lanes that they write while they do.
+    /// Signal lanes that they write during this step.
     pub stepped_outputs: Vec<Range<usize>>,
     /// Guards of parts in path order, followed by conditions of transitions in the order of the file.
     pub guards: Vec<GuardPlan>,
-    /// Blocks with guards, and where their values go.
+    /// Blocks with guards, and the slots of their values.
     pub guarded: Vec<Guarded>,
-    /// Conditions, and where their values go.
+    /// Conditions, and the slots of their values.
     pub conditions: Vec<Watched>,
     /// Operations that the guards need (indices into `ops`).
     pub guard_ops: Vec<u32>,
-    /// What signals follow from.
+    /// Dependence of signals on operations.
     pub(crate) flow: Flow,
-    /// Whether a guard may reach zero between rows: else they are looked at at rows and events only.
+    /// True if a guard may reach zero between rows; otherwise guards are evaluated at rows and events only.
     pub located: bool,
-    /// Says for each part whether it has modes ([`crate::Model::MODES`]); empty when none has.
+    /// For each part: whether it has modes ([`crate::Model::MODES`]); empty if no part has.
     pub moded: Vec<bool>,
-    /// Whether a part gives averages over a step of a fixed method ([`crate::Model::AVERAGES`]).
+    /// True if a part outputs averages over a step of a fixed-step method ([`crate::Model::AVERAGES`]).
     pub averages: bool,
-    /// How many conditions the run watches.
+    /// Number of conditions that the run monitors.
     pub watches: u32,
     /// Source lanes of the reductions.
     pub sums: Vec<Sum>,
     /// Algebraic loops that are solved.
     pub loops: Vec<Loop>,
-    /// Parts that ask services at their nodes.
+    /// Parts that query services at their nodes.
     pub asked: Vec<ServiceQuery>,
     /// The start of a machine that was placed at rest; without it, the parts define the start.
     pub rest: Option<SettledStart>,
     /// Settings that are allowed but probably not intended.
     pub warnings: Vec<Fault>,
-    /// What its hash is made of.
+    /// Data of its hash.
     pub(crate) identity: Identity,
 }
 
-/// What signals follow from: operations by their indices into `ops`.
+/// Dependence of signals on operations, by indices into `ops`.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Flow {
     /// The operation that writes each signal lane; `u32::MAX`: none does.
@@ -115,7 +115,7 @@ pub(crate) struct Flow {
 }
 
 impl Flow {
-    /// Whether a signal may change at any time, and not at ticks only.
+    /// Returns whether a signal may change at any time and not only at ticks.
     pub fn is_continuous(&self, lane: u32) -> bool {
         let op = self.producer.get(lane as usize);
         op.and_then(|op| self.continuous.get(*op as usize)).copied().unwrap_or(false)
@@ -137,7 +137,7 @@ impl Flow {
     }
 }
 
-/// A part that asks a service at a node that is bound to it.
+/// A part that queries a service at the position of a node to which it is bound.
 #[derive(Clone)]
 pub struct ServiceQuery {
     /// Its block.
@@ -179,7 +179,7 @@ pub struct Sizes {
     pub sig: usize,
 }
 
-/// How continuous states are integrated.
+/// Settings of the integration of continuous states.
 #[derive(Clone, Debug)]
 pub struct Integration {
     /// The method.
@@ -193,9 +193,9 @@ pub struct Integration {
 pub struct GuardPlan {
     /// `<part>.<guard>`, or the condition as written.
     pub name: String,
-    /// The side from which it reaches its threshold at zero.
+    /// The side from which it must reach its threshold at zero.
     pub direction: Direction,
-    /// What happens then.
+    /// Action of the guard.
     pub fires: Fires,
 }
 
@@ -206,7 +206,7 @@ impl GuardPlan {
     }
 }
 
-/// What a guard fires.
+/// Action of a guard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fires {
     /// `handle_event` of a part.
@@ -218,10 +218,10 @@ pub enum Fires {
     },
     /// A transition to another phase.
     Transition {
-        /// Its place in the program.
+        /// Its index in the program.
         to: u32,
     },
-    /// A condition that the run watches: the instant is noted, and [`crate::Simulation::step_watched`] stops there.
+    /// A condition that the run monitors: its instant is recorded, and [`crate::Simulation::step_watched`] stops there.
     Watch {
         /// Its place among [`crate::PhaseSpec::watches`].
         which: u32,
@@ -235,7 +235,7 @@ pub struct Guarded {
     pub block: u32,
     /// First of its guards.
     pub first: u32,
-    /// How many.
+    /// Number of guards.
     pub count: u32,
 }
 
@@ -254,11 +254,11 @@ pub struct PartPlan {
     pub path: String,
     /// Name of its model.
     pub model: String,
-    /// Where it is written.
+    /// Position in the file.
     pub origin: Origin,
     /// The built model.
     pub prototype: Box<dyn Prototype>,
-    /// Where its lanes are.
+    /// Positions of its lanes.
     pub wiring: Wiring,
     /// Sample period, when sampled.
     pub rate: Option<Seconds>,
@@ -277,12 +277,12 @@ pub enum Op {
     Loop(u32),
 }
 
-/// An algebraic loop: operations that follow from each other, and the lanes whose values are sought.
+/// An algebraic loop: operations that depend on each other, and the lanes whose values are solved for.
 #[derive(Clone, Debug)]
 pub struct Loop {
-    /// The operations, in order, when the sought lanes are known.
+    /// The operations in the order for known values of the sought lanes.
     pub ops: Vec<Op>,
-    /// Sought lane, the lane that it is to equal, the difference that is left.
+    /// Sought lane, the lane that it must equal, and the tolerated difference.
     pub tears: Vec<(u32, u32, f64)>,
     /// Signal lanes of its report (iterations, residual), then work space: a matrix and three vectors.
     pub work: u32,
@@ -311,11 +311,11 @@ pub struct Sum {
 pub struct TickWork {
     /// Operations due, in order (indices into `ops`).
     pub ops: Vec<u32>,
-    /// Blocks whose `update` is due, but for fields.
+    /// Blocks whose `update` is due, without fields.
     pub updates: Vec<u32>,
     /// Fields whose `update` is due, after the others (indices into `fields`).
     pub fields: Vec<u32>,
-    /// Continuous outputs depend on what is updated here: they are evaluated again.
+    /// True if continuous outputs depend on these updates and must be evaluated again.
     pub refresh: bool,
 }
 
@@ -337,13 +337,13 @@ pub struct WirePlan {
     pub from: String,
     /// Input, by path.
     pub to: String,
-    /// How it came to be.
+    /// Origin of the wire.
     pub via: Via,
     /// A sampled output held for a continuous reader.
     pub hold: bool,
 }
 
-/// How a connection came to be.
+/// Origin of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Via {
     /// A written wire.
@@ -358,14 +358,14 @@ impl Plan {
         self.parts.iter().find(|p| p.path == path).and_then(|p| p.rate)
     }
 
-    /// Paths of the fields that show data of a kind ([`Shows::KIND`](crate::Shows::KIND)).
+    /// Returns the paths of the fields with data of a kind ([`Shows::KIND`](crate::Shows::KIND)).
     pub fn fields_of(&self, kind: &str) -> impl Iterator<Item = &str> {
         let parts = self.fields.iter().map(|f| &self.parts[f.block as usize]);
         let of = move |p: &&PartPlan| p.prototype.description().shows.as_deref() == Some(kind);
         parts.filter(of).map(|p| p.path.as_str())
     }
 
-    /// Paths of the parts that show something on the ground.
+    /// Returns the paths of the parts with a ground overlay.
     pub fn overlays(&self) -> impl Iterator<Item = &str> {
         let shows = |p: &&PartPlan| p.prototype.description().functions.overlay;
         self.parts.iter().filter(shows).map(|p| p.path.as_str())
@@ -378,7 +378,7 @@ impl Plan {
 }
 
 impl PartPlan {
-    /// Numbers of its own lanes; of the signals its outputs.
+    /// Returns the numbers of its own lanes; for signals the number of its outputs.
     pub fn lanes(&self) -> Sizes {
         let d = self.prototype.description();
         Sizes {
@@ -401,7 +401,7 @@ impl Plan {
 pub(crate) struct Identity {
     /// Sizes, settings and timing.
     pub before: String,
-    /// Services, files, fields, and the conditions on which the phase is left.
+    /// Services, files, fields, and the conditions at which the phase ends.
     pub after: String,
     pub hash: OnceLock<u64>,
 }
@@ -411,7 +411,7 @@ impl Identity {
         Identity { before, after, hash: OnceLock::new() }
     }
 
-    /// That of a plan which shares its hash with others.
+    /// Returns the identity of a plan that shares its hash with others.
     pub fn shared(hash: u64) -> Identity {
         Identity { hash: OnceLock::from(hash), ..Identity::default() }
     }

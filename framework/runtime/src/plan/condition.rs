@@ -11,10 +11,9 @@
 //! product = factor { ("*" | "/") factor }
 //! factor = "-" factor | number [unit] | "time" | "phase_time" | path | "abs(" sum ")" | "(" sum ")"
 //! ```
-//! A condition has a value, and holds where the value is not negative; the instant from which it holds is therefore
-//! where a continuous number reaches zero. `<=` and `>=` hold where both sides are equal. `<` and `>` do not: their value is the
-//! negative number next to zero there. Both sides of a test have the same quantity. A unit may have blanks: `10 N m`.
-//! `time` is the simulated time, `phase_time` the time since the present phase began.
+//! A condition has a value and is true where the value is not negative; it therefore becomes true at the instant at which a continuous value reaches
+//! zero. `<=` and `>=` are true if both sides are equal. `<` and `>` are then false: their value is the negative number next to zero. Both sides of a
+//! test have the same quantity. A unit may have blanks: `10 N m`. `time` is the simulated time, `phase_time` the time since the present phase began.
 use crate::author::units::Unit;
 use crate::author::value::remedy;
 use crate::author::variable::{Place, Variable};
@@ -23,9 +22,9 @@ use std::collections::BTreeMap;
 /// A compiled condition.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Condition {
-    /// As it was written.
+    /// Text that the user wrote.
     pub text: String,
-    /// In postfix order.
+    /// Instructions in postfix order.
     code: Vec<Code>,
 }
 
@@ -37,7 +36,7 @@ enum Code {
     Value(Place),
     Negate,
     Abs,
-    /// Zero becomes the negative number next to it: a strict test does not hold there.
+    /// Replaces zero by the negative number next to it, so that a strict test is false there.
     Strict,
     Add,
     Subtract,
@@ -56,23 +55,23 @@ pub struct Times {
     pub phase: f64,
 }
 
-/// The place of a variable that a phase does not have.
+/// Index for a variable that a phase does not have.
 const ABSENT: Place = Place::Channel(u32::MAX);
 
 /// Deepest stack of an evaluation; deeper conditions are rejected.
 const DEPTH: usize = 16;
-/// Most brackets, signs and `not` within each other.
+/// Maximum number of nested brackets, signs and `not`.
 const NESTED: usize = 64;
 
-/// Why a condition was refused.
+/// Reason for which a condition was rejected.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("condition `{text}`: {message}")]
 pub struct ConditionError {
     /// The condition.
     pub text: String,
-    /// What is wrong.
+    /// The fact.
     pub message: String,
-    /// What to do about it.
+    /// The remedy.
     pub help: String,
 }
 
@@ -80,7 +79,7 @@ impl Condition {
     /// Reads a condition over these variables.
     ///
     /// # Errors
-    /// The first thing that cannot be read, an unknown variable, or two sides of different quantities.
+    /// The text has a syntax error (the first is returned), an unknown variable, or two sides of different quantities.
     pub fn parse(
         text: &str,
         variables: &BTreeMap<String, Variable>,
@@ -91,7 +90,7 @@ impl Condition {
     /// Reads a condition for a phase that may not have all of its variables: what tests a variable that is absent does not hold.
     ///
     /// # Errors
-    /// As [`Condition::parse`], but for unknown variables.
+    /// The errors of [`Condition::parse`] except unknown variables.
     pub fn parse_partly(
         text: &str,
         variables: &BTreeMap<String, Variable>,
@@ -125,7 +124,7 @@ impl Condition {
         Ok(Condition { text: text.to_string(), code: reader.code })
     }
 
-    /// Not negative where it holds; NaN where a variable that decides is absent or NaN.
+    /// Returns a value that is not negative if the condition is true, and NaN if a decisive variable is absent or NaN.
     #[inline]
     pub fn value(&self, t: Times, x: &[f64], d: &[f64], sig: &[f64]) -> f64 {
         self.margin(t, |place| match place {
@@ -137,7 +136,7 @@ impl Condition {
         })
     }
 
-    /// Whether it holds, with the value of each place. It does not hold where a variable that decides is NaN.
+    /// Returns whether the condition is true for the given value of each place. It is false if a decisive variable is NaN.
     #[inline]
     pub fn holds(&self, t: Times, value: impl Fn(Place) -> f64) -> bool {
         self.margin(t, value) >= 0.0
@@ -186,7 +185,7 @@ impl Condition {
         stack[0]
     }
 
-    /// The lanes that it reads.
+    /// Returns the lanes that the condition reads.
     pub fn places(&self) -> impl Iterator<Item = Place> + '_ {
         self.code.iter().filter_map(|c| match c {
             Code::Value(place) => Some(*place),
@@ -194,12 +193,12 @@ impl Condition {
         })
     }
 
-    /// Whether it tests the time since the phase began.
+    /// Returns whether it tests the time since the phase began.
     pub fn tests_phase_time(&self) -> bool {
         self.code.contains(&Code::PhaseTime)
     }
 
-    /// Whether it changes with time by itself.
+    /// Returns whether it tests the time.
     pub fn timed(&self) -> bool {
         self.code.iter().any(|c| matches!(c, Code::Time | Code::PhaseTime))
     }
@@ -211,10 +210,10 @@ struct Reader<'a> {
     text: &'a str,
     rest: &'a str,
     variables: &'a BTreeMap<String, Variable>,
-    /// Unknown variables are absent ones.
+    /// Accepts unknown variables as absent.
     partly: bool,
     code: Vec<Code>,
-    /// Numbers on the stack: now, at the most.
+    /// Numbers on the stack: present and maximum.
     depth: (usize, usize),
     /// Brackets, signs and `not` that are open.
     nested: usize,
@@ -264,7 +263,7 @@ impl<'a> Reader<'a> {
         let done = match self.nested > NESTED {
             true => Err((
                 format!("more than {NESTED} brackets, signs and `not` are within each other"),
-                "leave out what changes nothing, or move a part of it into a model with a guard"
+                "remove redundant ones, or move a part of the condition into a model with a guard"
                     .into(),
             )),
             false => read(self),
@@ -314,8 +313,8 @@ impl<'a> Reader<'a> {
         let Some(test) = tests.into_iter().find(|t| self.take(t)) else {
             if self.take("=") || self.take("!=") {
                 return Err((
-                    "`=` and `!=` are not tests".into(),
-                    "write `<=` and `>=`, joined by `and`: a number that moves is equal for an instant only".into(),
+                    "`=` and `!=` are not supported in conditions".into(),
+                    "write `<=` and `>=`, joined by `and`, because a continuous value is equal to a number only for an instant".into(),
                 ));
             }
             // A truth value alone is a complete test.
@@ -434,7 +433,10 @@ impl<'a> Reader<'a> {
         }
         let (number, rest) = self.rest.split_at(end);
         let Ok(value) = number.replace('_', "").parse::<f64>() else {
-            return Err((format!("`{number}` is no number"), "write e.g. `1.8` or `3e5`".into()));
+            return Err((
+                format!("`{number}` is not a number"),
+                "write e.g. `1.8` or `3e5`".into(),
+            ));
         };
         self.rest = rest;
         let after = rest.trim_start();
@@ -456,7 +458,7 @@ impl<'a> Reader<'a> {
         Ok(unit)
     }
 
-    /// A unit with the words behind it that belong to it, as in `N m` or `N m s/rad`.
+    /// Reads a unit of one or more words, such as `N m` or `N m s/rad`.
     fn longer(&mut self, mut unit: Unit, after: &'a str, mut end: usize) -> Unit {
         loop {
             let next = after[end..].trim_start();
@@ -552,7 +554,7 @@ mod tests {
         assert_eq!(value("A.mach * 1e2 > 1.2e+2"), 30.0);
     }
 
-    /// Tests with equality hold where both sides are equal, strict ones do not; `not` turns one into the other.
+    /// With equal sides, tests with equality are true and strict tests are false; `not` turns one into the other.
     #[test]
     fn equality_holds_where_it_is_written() {
         let holds = |text: &str| value(text) >= 0.0;
@@ -617,7 +619,7 @@ mod tests {
             ("A.speed < 3", "different quantities"),
             ("A.speed", "a test is missing"),
             ("A.mach A.mach", "a test is missing"),
-            ("A.mach = 1", "not tests"),
+            ("A.mach = 1", "not supported in conditions"),
             ("A.speed < 1 m/s m", "different quantities"),
             ("1", "a test is missing"),
             ("A.mack < 1", "there is no variable `A.mack`"),

@@ -4,8 +4,8 @@ use crate::plan::compiled::Plan;
 use std::fmt::Write;
 
 impl Plan {
-    /// Hash of structure and layout: equal plans can exchange states. In a program with several phases it is that of all of
-    /// them. O(size of the plan) when somebody asks first.
+    /// Hash of structure and layout: equal plans can exchange states. In a program with several phases it is the hash of all phases. The first call
+    /// costs O(size of the plan).
     pub fn hash(&self) -> u64 {
         *self.identity.hash.get_or_init(|| {
             let mut text = self.identity.before.clone();

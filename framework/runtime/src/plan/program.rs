@@ -15,7 +15,7 @@ use std::sync::Arc;
 pub struct PhaseSpec {
     /// Name.
     pub name: String,
-    /// The whole simulation as it is in this phase.
+    /// Specification of the whole simulation in this phase.
     pub spec: Spec,
     /// Transitions from this phase. If the conditions of several become true at one instant, the first one is taken.
     pub transitions: Vec<TransitionSpec>,
@@ -42,7 +42,7 @@ pub struct WatchSpec {
 pub struct TransitionSpec {
     /// Name of the phase.
     pub to: String,
-    /// Condition over variables of the phase that is left.
+    /// Condition over variables of the phase that ends.
     pub when: String,
     /// Position in the source file.
     pub origin: Origin,
@@ -52,7 +52,7 @@ pub struct TransitionSpec {
 pub struct Program {
     /// Phases.
     pub phases: Vec<Phase>,
-    /// Places of the channels ([`Place::Channel`]), by phase.
+    /// Positions of the channels ([`Place::Channel`]), by phase.
     pub channels: Vec<Vec<Option<Place>>>,
     /// Mappings of the state, by the two phases of a transition.
     pub(crate) routes: BTreeMap<(u32, u32), Route>,

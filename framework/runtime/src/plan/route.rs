@@ -1,17 +1,17 @@
-//! Where the state of a run goes when it moves from one plan to another.
+//! Mapping of the state of a run that moves from one plan to another.
 use crate::author::variable::{Place, Role};
 use crate::plan::compiled::{Fires, GuardPlan, Plan};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Where a state goes from one plan to another, by path.
+/// Mapping of a state from one plan to another, by path.
 pub(crate) struct Route {
-    /// For each part of the new plan, the one of that path in the old.
+    /// For each part of the new plan: the part with the same path in the old plan.
     pub parts: Vec<Option<u32>>,
     /// Held outputs and inputs that were set: lane in the new plan, lane in the old.
     pub signals: Vec<(u32, u32)>,
-    /// For each guard of the new plan, the one of that name in the old that is not a condition.
+    /// For each guard of the new plan: the guard with the same name in the old plan, if it is not a condition.
     pub guards: Vec<Option<u32>>,
-    /// Parts of the old plan that the new one has not.
+    /// Parts of the old plan that the new one does not have.
     pub gone: Vec<u32>,
 }
 

@@ -1,6 +1,6 @@
-//! The flat specification that `compile` takes: parts, wires, bindings, and what parts bind to. Paths are dotted.
+//! The flat specification that `compile` takes: parts, wires, bindings and their targets. Paths are dotted.
 //!
-//! The assembly floor writes it from RON; a Rust program may write it directly.
+//! The assembly layer creates it from RON; a Rust program may create it directly.
 use crate::author::binding::BindSpec;
 use crate::author::host::Host;
 use crate::author::time::Seconds;
@@ -14,24 +14,24 @@ pub struct PartSpec {
     pub path: String,
     /// Name of the model or service in the catalogue.
     pub model: String,
-    /// Where the model's name is written.
+    /// Position of the model's name in the file.
     pub model_origin: Origin,
     /// Parameters: a map.
     pub params: Located,
     /// Sample period, for sampled parts.
     pub rate: Option<Seconds>,
-    /// Where the rate is written.
+    /// Position of the rate in the file.
     pub rate_origin: Origin,
     /// Time of the first sample.
     pub offset: Seconds,
-    /// Where the part is written.
+    /// Position of the part in the file.
     pub origin: Origin,
-    /// Folder in which its files are looked for first.
+    /// Folder that is searched first for its files.
     pub folder: Option<std::path::PathBuf>,
 }
 
 impl PartSpec {
-    /// A part written by a program: parameters as a map, no rate.
+    /// Creates a part of a program: parameters as a map, no rate.
     pub fn new(path: impl Into<String>, model: impl Into<String>, params: Value) -> PartSpec {
         PartSpec {
             path: path.into(),
@@ -74,23 +74,22 @@ impl std::fmt::Display for PortRef {
     }
 }
 
-/// When what a wire carries arrives.
+/// Delay of a wire.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum WireTiming {
-    /// At once.
+    /// No delay.
     #[default]
     AtOnce,
-    /// Some samples later: of the reader, else of the writer, else integration steps.
+    /// Delay by samples of the reader, or else of the writer, or else by integration steps.
     Delayed {
-        /// How many, at least one.
+        /// Number of samples, at least one.
         samples: u32,
-        /// What arrives before the first sample does: one number for each lane, or one for all.
+        /// Values before the first sample arrives: one number for each lane, or one for all.
         initial: Vec<f64>,
     },
-    /// At once, and the wire closes an algebraic loop: the values that it carries are found by Newton's
-    /// method, so that what arrives is what is sent.
+    /// No delay, and the wire closes an algebraic loop: Newton's method finds its values, so that the input equals the output.
     Solved {
-        /// Difference between both ends that is left, relative to the value where that is above one.
+        /// Tolerated difference between both ends, relative to the value if that is above one.
         tolerance: f64,
     },
 }
@@ -102,15 +101,15 @@ pub struct WireSpec {
     pub from: PortRef,
     /// An input.
     pub to: PortRef,
-    /// When it arrives.
+    /// Delay of the wire.
     pub timing: WireTiming,
-    /// As the user wrote it, for messages.
+    /// Text that the user wrote, for messages.
     pub text: String,
-    /// Where it is written.
+    /// Position in the file.
     pub origin: Origin,
 }
 
-/// Which integrator.
+/// Integration method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Integrator {
     /// Semi-implicit (symplectic) Euler: velocities first, then positions with the new velocities. Order 1.
@@ -128,7 +127,7 @@ pub enum Integrator {
 }
 
 impl Integrator {
-    /// All, by the names that files use.
+    /// All methods, by the names that files use.
     pub const ALL: [(&'static str, Integrator); 6] = [
         ("semi_implicit_euler", Integrator::SemiImplicitEuler),
         ("rk4", Integrator::Rk4),
@@ -152,17 +151,16 @@ impl Integrator {
     }
 }
 
-/// Errors that adaptive steps may make, each.
+/// Tolerances for the error of each adaptive step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Accuracy {
-    /// Part of the size of a state.
+    /// Relative tolerance: fraction of the magnitude of a state.
     pub relative: f64,
-    /// In the unit of the state.
+    /// Absolute tolerance, in the unit of the state.
     pub absolute: f64,
     /// Longest step (s).
     pub step_max: f64,
-    /// Absolute tolerances of states by a pattern of their paths (`*`: within a name, `**`: anything), the
-    /// last that matches.
+    /// Absolute tolerances of states by a pattern of their paths (`*`: within a name, `**`: anything); the last pattern that matches counts.
     pub of: Vec<(String, f64, Origin)>,
 }
 
@@ -181,7 +179,7 @@ pub struct Spec {
     pub wires: Vec<WireSpec>,
     /// Bindings.
     pub binds: Vec<BindSpec>,
-    /// What parts bind to.
+    /// Host of the bindings.
     pub host: Option<Box<dyn Host>>,
     /// Integration step.
     pub step: Seconds,

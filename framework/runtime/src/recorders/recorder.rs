@@ -34,7 +34,7 @@ pub trait Consumer: Send {
     /// # Errors
     /// Returns a message; the recorder ends, and the run receives the error at its next sample.
     fn row(&mut self, row: &Sample) -> Result<(), String>;
-    /// Takes a change of a variable at the tick whose rows come next.
+    /// Receives a change of a variable at the tick whose rows come next.
     ///
     /// # Errors
     /// Returns a message; the recorder ends.
@@ -159,7 +159,7 @@ impl Recorder {
     /// Returns a message if serialization fails.
     pub fn carry(&self) -> Result<Vec<u8>, String> {
         let kept: Vec<RowHistory> = self.groups.iter().map(Rows::keep).collect();
-        rmp_serde::to_vec(&kept).map_err(|e| format!("the rows that wait: {e}"))
+        rmp_serde::to_vec(&kept).map_err(|e| format!("the buffered rows cannot be stored: {e}"))
     }
 
     /// Continues from the recorder of an earlier run, from which `sim` was resumed and which had these groups and possibly others.
@@ -238,7 +238,7 @@ impl Recorder {
             Err(RecvTimeoutError::Disconnected) => Err(PANICKED.into()),
             Err(RecvTimeoutError::Timeout) => {
                 self.channel.overflow = Overflow::Drop; // Dropping the recorder then does not wait.
-                Err(format!("it did not take its last rows within {} s", patience.as_secs_f64()))
+                Err(format!("it did not receive its last rows within {} s", patience.as_secs_f64()))
             }
         }
     }
@@ -314,8 +314,8 @@ impl Channel {
     }
 }
 
-const ELSEWHERE: &str = "this process was forked after its log was begun, and the thread that writes it is in the parent\n  \
-     help: begin logs in the child, or start processes by `spawn`";
+const ELSEWHERE: &str = "this process was forked after its log was opened, but the thread that writes the log exists only in the parent\n  \
+     help: open logs in the child, or start processes with `spawn`";
 
 const PANICKED: &str = "the consumer of the recorder panicked";
 

@@ -80,15 +80,14 @@ impl Around {
             return Ok(());
         }
         let fact = format!(
-            "{:.1} MiB of rows would wait in memory for `{}`, and {} MiB may",
+            "{:.1} MiB of rows would be kept in memory for `{}`, but the limit is {} MiB",
             mib(held),
             self.when.text,
             mib(Self::HELD_MAX)
         );
         let most = Self::HELD_MAX as f64 / held as f64 * self.before.seconds();
-        let help = format!(
-            "make `before` shorter (below {most:.3} s), the rate lower, or name fewer channels"
-        );
+        let help =
+            format!("use a shorter `before` (below {most:.3} s), a lower rate, or fewer channels");
         Err((fact, help))
     }
 
@@ -174,7 +173,7 @@ pub struct Rows {
 
 /// The current window, and the rows that wait for the next.
 struct Window {
-    /// In ticks.
+    /// Duration before an event, in ticks.
     before: u64,
     after: u64,
     /// Whether the condition held at the last tick.
@@ -401,7 +400,7 @@ impl Rows {
     pub(crate) fn take(&mut self, kept: &[RowHistory], sim: &Simulation) -> Result<(), String> {
         let Some(kept) = kept.iter().find(|k| k.of == self.of) else {
             let remembers = self.group.on_change || self.window.is_some();
-            return if remembers { Err("it is of other rules".into()) } else { Ok(()) };
+            return if remembers { Err("it was recorded with other rules".into()) } else { Ok(()) };
         };
         let (width, now, base) = (self.group.width(), sim.state().tick, sim.plan().base);
         let fits = |n: usize| n == width || (!self.group.coordinates.is_empty() && n <= width);
@@ -414,7 +413,7 @@ impl Rows {
             && kept.values.len() as u128 == 8 * numbers
             && kept.seen.is_none_or(|seen| seen <= now);
         if !good {
-            return Err("it does not fit its own rules".into());
+            return Err("it does not match its own rules".into());
         }
         if kept.seen != Some(now) {
             self.schedule = Schedule::from(now, base, self.group.period);

@@ -1,15 +1,15 @@
-//! When something is due that happens at the first tick at or after each multiple of a period.
+//! Schedule of actions at the first tick at or after each multiple of a period.
 //!
-//! Exact: the next tick is found in integers, so that a period such as 1/3 s neither drifts nor
-//! overflows in a run of years. To ask whether it is due costs one comparison.
+//! The schedule is exact: the next tick is computed in integers, so that a period such as 1/3 s neither drifts nor overflows in a run of years. The
+//! query costs one comparison.
 use crate::author::time::Seconds;
 
-/// Multiples of a period, seen at the ticks of a base.
+/// Multiples of a period at the ticks of a base.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Schedule {
     period: Seconds,
     base: Seconds,
-    /// The first tick at or after the next multiple; `u64::MAX` when there is none in reach.
+    /// The first tick at or after the next multiple; `u64::MAX` if it is too large.
     next: u64,
 }
 
@@ -27,7 +27,7 @@ impl Schedule {
         Schedule { period, base, next }
     }
 
-    /// True once for each multiple that has been reached; several passed in one step count as one.
+    /// Returns true once for each multiple that has been reached; several multiples in one step count as one.
     #[inline]
     pub fn is_due(&mut self, tick: u64) -> bool {
         let due = tick >= self.next;
@@ -38,14 +38,14 @@ impl Schedule {
     }
 }
 
-/// How many whole periods fit into `tick` ticks.
+/// Returns the number of whole periods in `tick` ticks.
 fn multiples(tick: u64, base: Seconds, period: Seconds) -> u128 {
     let n = (u128::from(tick) * u128::from(base.num)).checked_mul(u128::from(period.den));
     let d = u128::from(base.den) * u128::from(period.num);
     n.map_or(u128::MAX - 1, |n| n / d.max(1))
 }
 
-/// The first tick at or after `multiple` periods.
+/// Returns the first tick at or after `multiple` periods.
 fn tick_of(multiple: u128, base: Seconds, period: Seconds) -> u64 {
     let n = multiple
         .checked_mul(u128::from(period.num))

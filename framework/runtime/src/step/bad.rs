@@ -1,12 +1,12 @@
-//! Variables that are no numbers, and states that ran away.
+//! Variables that are not finite, and states that have diverged.
 use super::simulation::{RunError, Simulation};
 use super::state::State;
 use crate::author::variable::{Place, Role, Variable};
 
-/// Beyond this magnitude a continuous state is a runaway.
+/// A continuous state beyond this magnitude counts as diverged.
 const RUNAWAY: f64 = 1e15;
 
-/// Whether any of these is no number, or not below this magnitude. Without branches, so that many are compared at once.
+/// Returns whether any of these is NaN or not below this magnitude. There are no branches, so that the compiler can vectorize the comparison.
 fn beyond(values: &[f64], limit: f64) -> bool {
     values.iter().fold(false, |found, v| found | !(v.abs() < limit))
 }
@@ -17,7 +17,7 @@ impl Simulation {
         beyond(x, RUNAWAY) || beyond(sig, f64::INFINITY) || beyond(d, f64::INFINITY)
     }
 
-    /// The first variable that is no number, or a state that ran away, and its value.
+    /// Returns the first variable that is not finite, or a state that has diverged, with its value.
     pub(crate) fn bad_variable(&self) -> Option<(String, f64)> {
         self.is_bad().then(|| {
             let path = self.first_bad().path;

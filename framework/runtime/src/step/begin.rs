@@ -12,13 +12,13 @@ use crate::plan::program::Program;
 use std::sync::Arc;
 
 impl Simulation {
-    /// A run of one plan, at time zero, with the work of tick 0 done. [`Simulation::check`] and the first step return
-    /// an error of that work.
+    /// Creates a run of one plan at time zero, after the work of tick 0. If this work fails, [`Simulation::check`] and the first step return the
+    /// error.
     pub fn new(plan: Arc<Plan>) -> Self {
         Self::of(Arc::new(Program::single(plan)))
     }
 
-    /// A run of a program, at time zero in its first phase. Guards of parts that are due there have fired.
+    /// Creates a run of a program at time zero in its first phase. Guards of parts that are due at that time have fired.
     pub fn of(program: Arc<Program>) -> Self {
         let plan = program.phases[0].plan.clone();
         let (blocks, mut state, work) = (blocks_of(&plan), initial(&plan), Work::new(&plan));
@@ -39,7 +39,7 @@ impl Simulation {
         sim
     }
 
-    /// Fires the guards of parts that are due at the start, so that the first row shows what follows from them; returns whether
+    /// Fires the guards of parts that are due at the start, so that the first row includes their effects; returns whether
     /// there were any. Transitions and watched conditions stay due.
     fn first_events(&mut self) -> Result<bool, Stopped> {
         let plan = self.plan.clone();
@@ -53,8 +53,8 @@ impl Simulation {
         Ok(any)
     }
 
-    /// Everything once, in order; the events that are due at the start; then the updates that are due at tick 0, and what jumps by
-    /// them.
+    /// Evaluates all operations in order, handles the events that are due at the start, then does the updates that are due at tick 0 and evaluates
+    /// the results again.
     fn first_row(&mut self) -> Result<(), Stopped> {
         let plan = self.plan.clone();
         self.replaced();

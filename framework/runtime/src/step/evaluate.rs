@@ -37,8 +37,8 @@ pub(super) fn run_all(
 /// The state of every guard, and storage for their values; empty before their first evaluation.
 pub(super) type Guards<'a> = (&'a [GuardState], &'a mut [f64]);
 
-/// Runs operations at a row or an event: before the outputs of a part with modes, its piece is taken from the levels, unless an
-/// event decides it.
+/// Runs operations at a row or an event; before the outputs of a part with modes, its piece is computed from the levels, unless an event determines
+/// it.
 #[inline]
 pub(super) fn run_all_now(
     blocks: &mut [Box<dyn Block>],
@@ -71,8 +71,8 @@ pub(super) fn run_all_now(
     Ok(())
 }
 
-/// Returns whether an event decides which piece of a part holds: a guard of it is due, or has fired at this instant and stands at
-/// its zero but for round-off. There the levels are not meaningful.
+/// Returns whether an event determines the present piece of a part: a guard of it is due, or has fired at this instant and is zero within round-off.
+/// There the levels are not meaningful.
 fn is_decided(
     blocks: &mut [Box<dyn Block>],
     plan: &Plan,
@@ -136,7 +136,7 @@ pub(super) fn guards(
     Ok(())
 }
 
-/// A run as an integrator sees it.
+/// Interface of a run for an integrator.
 pub(super) struct Running<'a> {
     pub plan: &'a Plan,
     pub blocks: &'a mut [Box<dyn Block>],
@@ -151,7 +151,7 @@ pub(super) struct Running<'a> {
     pub number: &'a mut u64,
     /// Storage for the Jacobian, if the method needs it.
     pub linear: Option<&'a mut Linear>,
-    /// Its states are those [within a step](turning): storage for one in body axes. Without it they are in body axes themselves.
+    /// If its states are those [within a step](turning): storage for a state in body axes. Without this storage the states are in body axes.
     pub stage: Option<&'a mut [f64]>,
 }
 
@@ -278,7 +278,7 @@ pub(super) fn project(
     Ok(())
 }
 
-/// Brings states up to date that are constant within a step. Returns whether the operations have to be evaluated again.
+/// Updates states that are constant within a step. Returns whether the operations have to be evaluated again.
 pub(super) fn rearrange(
     blocks: &mut [Box<dyn Block>],
     plan: &Plan,

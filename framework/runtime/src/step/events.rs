@@ -1,4 +1,4 @@
-//! Events: where guards reach their thresholds, and what they fire.
+//! Events: the instants at which guards reach their thresholds, and their handlers.
 //!
 //! ```text
 //! after a step:   guards at its end, and inside where they may have crossed twice
@@ -7,8 +7,8 @@
 //! an event:       the first part in path order of which a guard is due: `handle_event` once, with all of its guards that are due
 //!                 → operations that follow → guards again
 //! ```
-//! A guard with a direction is a level: it is due at the start of the run, or of the phase that brings its part, where it has
-//! reached zero there. Later it is due where it reaches zero coming from its other side. Conditions of transitions are due as soon as they hold.
+//! A guard with a direction is a level: it is due at the start of the run, or of the phase that adds its part, if it has reached zero there. Later it
+//! is due when it reaches zero from the other side. Conditions of transitions are due as soon as they hold.
 use super::evaluate::{self, Running};
 use super::simulation::Purpose;
 use super::simulation::Simulation;
@@ -20,20 +20,20 @@ use crate::plan::compiled::{Fires, GuardPlan, Plan};
 use linkwork_integrate::Failure as StepFailure;
 use linkwork_integrate::events::{Crossing, Direction, Search, SearchError, Side, first_crossing};
 
-/// A change of a guard within this time (s) counts as round-off at the instant of its event. A step of this length shows on which side
-/// a guard is that fired at its start.
+/// A change of a guard within this time (s) counts as round-off at the instant of its event. After a step of this length it is known on which side a
+/// guard is that fired at the start of the step.
 const INSTANT: f64 = 1e-9;
-/// A crossing is located to this (s): errors of a thousand events in a row stay below an instant.
+/// Accuracy of a located crossing (s): the errors of a thousand successive events remain below the duration that counts as one instant.
 const EXACT: f64 = 1e-12;
-/// Events at one instant, beyond which a cascade has no end.
+/// Number of events at one instant beyond which a cascade counts as endless.
 const CASCADE_MAX: u32 = 1000;
 
-/// The side of a value: −1 or 1.
+/// Returns the side of a value: −1 or 1.
 fn side(value: f64, direction: Direction) -> i8 {
     if Side::of(value, direction) == Side::Above { 1 } else { -1 }
 }
 
-/// The way of a change to this side, when it counts.
+/// Returns the direction of a change to this side, if it counts for the guard.
 fn way(direction: Direction, to: i8) -> Option<i8> {
     match direction {
         Direction::Rising if to < 0 => None,
@@ -43,7 +43,7 @@ fn way(direction: Direction, to: i8) -> Option<i8> {
 }
 
 impl GuardState {
-    /// Takes a value at a later instant: due where it has come to the other side in a direction that counts.
+    /// Updates the guard with a value at a later instant; it is due if it has changed its side in a direction that counts.
     fn see(&mut self, value: f64, guard: &GuardPlan) {
         self.value = value;
         let to = side(value, guard.direction);
@@ -56,7 +56,8 @@ impl GuardState {
         self.side = to;
     }
 
-    /// Takes a value at the same instant. One that has fired here stays unknown: it stands at its zero but for round-off.
+    /// Updates the guard with a value at the same instant. The side of a guard that has fired at this instant remains unknown, because it is zero
+    /// within round-off.
     pub(super) fn see_now(&mut self, value: f64, guard: &GuardPlan) {
         let fired = self.side == 0;
         self.see(value, guard);
@@ -69,8 +70,8 @@ impl GuardState {
         self.go_back(value, guard);
     }
 
-    /// After an event of its part: a guard of a new piece that begins on its zero, but for round-off, is not due. The next step
-    /// shows on which side it is.
+    /// Updates the guard after an event of its part: a guard of the new piece that begins at zero within round-off is not due. Its side is known
+    /// after the next step.
     fn settle(&mut self, guard: &GuardPlan) {
         let edge = guard.direction == Direction::Either && self.slack > 0.0;
         if edge && self.value.abs() <= self.slack {
@@ -78,8 +79,7 @@ impl GuardState {
         }
     }
 
-    /// Due no more where the value stands where it came from again: the state was changed from outside, or the part, or an
-    /// event of the same instant.
+    /// Cancels a due guard whose value is on its original side again, because the user, the part or an event of the same instant changed the state.
     pub(super) fn go_back(&mut self, value: f64, guard: &GuardPlan) {
         let back = match (self.due, guard.direction) {
             (0, _) => false,
@@ -92,7 +92,7 @@ impl GuardState {
         }
     }
 
-    /// After a step of h s in which its value came to this. For blocks with their own stepping method, an event is located on their interpolated
+    /// Updates the guard after a step of h s with its new value. For blocks with their own stepping method, an event is located on their interpolated
     /// motion, and the step that ends there reaches a slightly different state.
     fn moved(&mut self, end: f64, h: f64, plan: &Plan) {
         self.change = end - self.value;
@@ -107,7 +107,7 @@ impl Simulation {
         self.state.guards.iter().any(GuardState::is_due)
     }
 
-    /// Guards at the present instant, into `work.end`.
+    /// Evaluates the guards at the present instant into `work.end`.
     fn values_now(&mut self, plan: &Plan) -> Result<(), Stopped> {
         let now = self.next(Evaluation::Tick);
         let (began, State { x, d, sig, .. }) = (self.state.began(), &self.state);
@@ -115,7 +115,7 @@ impl Simulation {
         evaluate::guards(&mut self.blocks, plan, (&now, began), lanes, &mut self.work.end)
     }
 
-    /// At the start of a run or phase: the side on which each guard stands; one that has reached zero is due.
+    /// Sets the side of each guard at the start of a run or phase; a guard that has reached zero is due.
     pub(super) fn arm(&mut self) -> Result<(), Stopped> {
         let plan = self.plan.clone();
         self.values_now(&plan)?;
@@ -133,8 +133,8 @@ impl Simulation {
         Ok(())
     }
 
-    /// At an instant that a step has come to, and after the work of a row or of an event, or a change from outside: guards that have
-    /// reached zero are due, and what is due and stands where it came from is due no more.
+    /// Updates the guards at the end of a step, after the work of a row or event, and after a change from outside: guards that have reached zero are
+    /// due, and due guards that are on their original side again are cancelled.
     pub(super) fn look(&mut self, plan: &Plan) -> Result<(), Stopped> {
         self.values_now(plan)?;
         for (k, guard) in plan.guards.iter().enumerate() {
@@ -143,7 +143,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Fires what is due first; the condition that the run watches, when one has come to hold.
+    /// Fires the first due guard; returns the monitored condition if one has become true.
     pub(super) fn fire(&mut self) -> Result<Option<u32>, Stopped> {
         let plan = self.plan.clone();
         let Some(k) = self.state.guards.iter().position(GuardState::is_due) else {
@@ -171,7 +171,7 @@ impl Simulation {
         Ok(None)
     }
 
-    /// One more event at this instant.
+    /// Counts one more event at this instant.
     fn count_event(&mut self, plan: &Plan) -> Result<(), Stopped> {
         self.state.micro += 1;
         if self.state.micro > CASCADE_MAX {
@@ -227,8 +227,8 @@ impl Simulation {
         done
     }
 
-    /// A guard that has just fired stands at its zero but for round-off, and its side is unknown until a step has shown it. Where
-    /// the event has moved it away from zero, its side is known; a move back to the other side is a change like any other.
+    /// Marks a guard that has just fired: it is zero within round-off, and its side is unknown until the end of the next step. If the event has moved
+    /// it away from zero, its side is known, and a later change of side counts as usual.
     fn leave_zero(&mut self, plan: &Plan, fired: usize, went: i8) {
         let (guard, direction) = (&mut self.state.guards[fired], plan.guards[fired].direction);
         let to = side(guard.value, direction);
@@ -248,9 +248,11 @@ impl Simulation {
         let due = |(_, s): &(&GuardPlan, &GuardState)| s.is_due();
         let both = || plan.guards.iter().zip(&self.state.guards).filter(due);
         let names: Vec<&str> = both().map(|(g, _)| &*g.name).collect();
-        let message =
-            format!("{CASCADE_MAX} events at one instant, and still due: {}", names.join(", "));
-        let help = "each fires the other, or itself, without end: let a guard change its state so that it leaves zero";
+        let message = format!(
+            "there were {CASCADE_MAX} events at one instant, and more are due: {}",
+            names.join(", ")
+        );
+        let help = "they trigger each other, or themselves, without end: let each event change the state so that its guard leaves zero";
         let block = both().find_map(|(g, _)| match g.fires {
             Fires::Part { block, .. } => Some(block),
             _ => None,
@@ -259,8 +261,8 @@ impl Simulation {
         Stopped { block: block.unwrap_or(0), failure }
     }
 
-    /// After a step of h s, the `last` before the row or not: where in it the first guard crosses, which is then due. The
-    /// guards take their values at the end where none crosses.
+    /// Finds the position in a step of h s at which the first guard crosses zero, and makes this guard due; `last`: the step ends at the row. If no
+    /// guard crosses zero, all take their values at the end.
     pub(super) fn crossing(
         &mut self,
         plan: &Plan,
@@ -312,7 +314,7 @@ impl Simulation {
         running.guards_at(t, x, values)
     }
 
-    /// Value of every guard at θ of the last step, into `work.middle`.
+    /// Evaluates every guard at θ of the last step into `work.middle`.
     fn look_at(&mut self, plan: &Plan, h: f64, theta: f64) -> Result<(), StepFailure<Stopped>> {
         self.look_for(plan, h, theta, Purpose::Look)
     }
@@ -368,8 +370,8 @@ impl Simulation {
         self.by_steps(plan, h, k, found).map(Some)
     }
 
-    /// θ of a crossing of guard k that was found on the dense output, located again by steps that end there: the stages of a step across
-    /// the event have seen what lies behind it. Most often the first of these steps comes to where it was found.
+    /// Locates a crossing of guard k that was found on the dense output again by steps that end there, because the stages of a step across the event
+    /// use values from beyond it; returns its θ. In most cases the first of these steps confirms the position.
     fn by_steps(
         &mut self,
         plan: &Plan,
@@ -433,8 +435,8 @@ impl Simulation {
         }
     }
 
-    /// Where in the last step guard k first changes its side in its direction: at the end of the step,
-    /// or inside it, where it may also have come back.
+    /// Finds the first position in the last step at which guard k changes its side in its direction; it may have changed back before the end of the
+    /// step.
     fn find(
         &mut self,
         plan: &Plan,
@@ -472,7 +474,7 @@ impl Simulation {
             Fires::Part { block, .. } => block,
             _ => 0,
         };
-        let message = format!("guard `{}` is no number", guard.name);
+        let message = format!("guard `{}` is not a number", guard.name);
         Stopped { block, failure: Box::new(Failure { message, help: None }) }
     }
 }

@@ -13,13 +13,13 @@ use crate::author::variable::Place;
 use crate::plan::compiled::Plan;
 use linkwork_integrate::Failure;
 
-/// Steps and events one after another that do not advance a run, beyond which it ends.
+/// Number of successive steps and events without progress beyond which a run stops.
 const TINY_MAX: u32 = 10_000;
-/// Steps between two rows or events, at which a run warns.
+/// Number of steps between two rows or events at which a run warns.
 const MANY: u32 = 1_000_000;
 
 impl Simulation {
-    /// To the end of the present row, or to the first event before it.
+    /// Advances to the end of the present row, or to the first event before it.
     #[inline]
     pub(super) fn integrate(&mut self, plan: &Plan) -> Result<Stop, RunError> {
         let gap = plan.base.times(plan.table[self.state.row as usize].gap);
@@ -78,7 +78,7 @@ impl Simulation {
         }
     }
 
-    /// That a run advances: not [`TINY_MAX`] steps and events one after another below a billionth of a row.
+    /// Checks that a run makes progress: fewer than [`TINY_MAX`] successive steps and events are shorter than a billionth of a row.
     #[inline]
     fn advances(&mut self, length: f64, gap: f64) -> Result<(), RunError> {
         if length >= 1e-9 * gap {
@@ -97,10 +97,10 @@ impl Simulation {
             time: self.time(),
             path: last.map_or(String::new(), |g| g.name.clone()),
             message: format!(
-                "the run does not advance: {TINY_MAX} steps and events one after another were shorter than a billionth of a row, the last {length:.1e} s{guard}"
+                "the run does not advance: {TINY_MAX} consecutive steps and events were shorter than a billionth of the row interval, the last {length:.1e} s{guard}"
             ),
             help: Some(
-                "a jump in a feedback looks like this: give it two thresholds, or take a fixed step (`accuracy: \"fixed\"`)".into(),
+                "a typical cause is a discontinuity in a feedback loop: give it two thresholds (hysteresis), or use a fixed step (`accuracy: \"fixed\"`)".into(),
             ),
         }
     }
@@ -109,13 +109,13 @@ impl Simulation {
     fn tell_many(&mut self, h: f64) {
         let (time, row) = (self.time(), self.plan.step.seconds());
         let message = format!(
-            "{MANY} steps of the integrator since the last row or event, now of {h:.1e} s in a row of {row} s"
+            "the integrator has made {MANY} steps since the last row or event, now of {h:.1e} s, while rows are {row} s apart"
         );
-        let help = "loosen `accuracy`, use `rodas4p` for what is stiff, or give a jump in a feedback two thresholds";
+        let help = "loosen `accuracy`, use `rodas4p` for stiff parts, or give a discontinuity in a feedback loop two thresholds";
         self.notices.add("many steps", time, Fault::new(Origin::NONE, message).help(help));
     }
 
-    /// At the end of a step between rows: brings states up to date that are constant within a step. Returns whether the derivatives at its end are to be
+    /// Updates states that are constant within a step, at the end of a step between rows. Returns whether the derivatives at its end are to be
     /// computed anew.
     #[inline]
     fn rearrange_within(&mut self, plan: &Plan) -> Result<bool, Stopped> {
@@ -128,8 +128,8 @@ impl Simulation {
         Ok(changed || plan.averages)
     }
 
-    /// One step of at most `rest` s; gives its length, and whether it ends at the row. `known`: the signals belong to its start; `anew`: the last
-    /// step has no derivatives for it.
+    /// Performs one step of at most `rest` s; returns its length, and whether it ends at the row. `known`: the signals belong to the start of the
+    /// step; `anew`: derivatives of the last step cannot be used.
     #[inline]
     fn one_step(
         &mut self,
@@ -235,7 +235,7 @@ impl Simulation {
         }
     }
 
-    /// The state at θ of the last step, with everything evaluated there. Parts with modes stay on their pieces, because only
+    /// Sets the state at θ of the last step and evaluates everything there. Parts with modes stay on their pieces, because only
     /// their guards, which have yet to fire, end a piece between rows.
     fn go_to_event(
         &mut self,
@@ -259,8 +259,8 @@ impl Simulation {
             .map_err(Failure::System)
     }
 
-    /// The state at θ of the last step, into `work.inside`: on its dense output while an event is looked for, by a step that ends
-    /// there when it is taken. Blocks with their own stepping method are interpolated, and repeat their step when it is accepted.
+    /// Computes the state at θ of the last step into `work.inside`: by dense output during the search for an event, and by a step that ends there
+    /// when the state is accepted. Blocks with their own stepping method are interpolated, and repeat their step when it is accepted.
     pub(super) fn state_at(
         &mut self,
         plan: &Plan,
@@ -337,7 +337,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// The error of a step, with names for lanes.
+    /// Converts the error of a step, with names instead of lanes.
     #[cold]
     fn failed(&self, failure: Failure<Stopped>) -> RunError {
         let name = |lane: usize| {
@@ -356,17 +356,17 @@ impl Simulation {
             Failure::Start { lane, .. } => error(
                 lane,
                 format!("`{}` or its rate became infinite or NaN", name(lane)),
-                "look at what drives it at this instant",
+                "check its inputs at this instant",
             ),
             Failure::NotFinite { lane, h, .. } => error(
                 lane,
                 format!("`{}` became infinite or NaN in a step of {h} s", name(lane)),
-                "take a shorter step, or look at what drives it",
+                "use a shorter step, or check its inputs",
             ),
             Failure::StepTooSmall { lane, h, error: e, .. } => error(
                 lane,
                 format!(
-                    "`{}` has {e:.3} times its tolerance in a step of {h:.3e} s, the least there is",
+                    "the error of `{}` is {e:.3} times its tolerance in a step of {h:.3e} s, the smallest step",
                     name(lane)
                 ),
                 "loosen its tolerance, or use the stiff method `rodas4p`",
@@ -374,14 +374,16 @@ impl Simulation {
             Failure::Rejections { lane, rejections, .. } => error(
                 lane,
                 format!("{rejections} steps in a row were rejected, the last for `{}`", name(lane)),
-                "loosen its tolerance; a model that jumps without a guard looks like this",
+                "loosen its tolerance; a typical cause is a model with a discontinuity but without a guard",
             ),
-            Failure::NoStep => error(0, "no step was taken".into(), "tell the authors"),
+            Failure::NoStep => {
+                error(0, "no step was taken".into(), "report this as a bug in Linkwork")
+            }
         }
     }
 }
 
-/// The state that a step from `start` came to, as the run has it: in body axes, with what keeps its value.
+/// Stores the final state of a step from `start` in the run: in body axes, with pinned values.
 #[inline]
 fn end_of_step(plan: &Plan, pins: Option<&Pins>, start: &[f64], x: &mut [f64]) {
     turning::end(turning::of(plan), start, x);

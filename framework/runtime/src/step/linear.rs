@@ -5,10 +5,10 @@ use crate::plan::compiled::{Loop, Plan};
 use linkwork_integrate::At;
 use std::ops::Range;
 
-/// Least size of a sought lane in differences, as in [`solve`].
+/// Minimum scale of a sought lane in differences, as in [`solve`].
 pub(super) const SOUGHT: f64 = 1e-3;
 
-/// Lanes of a block that are its own.
+/// Lanes that belong to a block.
 #[derive(Clone, Debug)]
 pub(super) struct BlockSlots {
     pub(super) x: Range<usize>,
@@ -28,23 +28,23 @@ impl BlockSlots {
     }
 }
 
-/// Storage for one plan, made once.
+/// Storage for one plan, allocated once.
 pub(crate) struct Linear {
-    /// Columns of the tangents: states, then the sought lanes of the loop that is at work.
+    /// Columns of the tangents: states, then the sought lanes of the present loop.
     pub(super) width: usize,
-    /// ∂sig/∂x: for each signal lane the columns that are not zero, in the first places of its `width`.
+    /// ∂sig/∂x: for each signal lane the nonzero columns, in the first of its `width` slots.
     pub(super) tangents: Vec<(u32, f64)>,
-    /// How many of them.
+    /// Number of nonzero columns of each lane.
     pub(super) count: Vec<u32>,
     pub(super) slopes: Jacobian,
     pub(super) own: Vec<BlockSlots>,
-    /// Signals that the operation at work reads, in the order of its columns.
+    /// Signals that the present operation reads, in the order of its columns.
     pub(super) reads: Vec<usize>,
     pub(super) x: Vec<f64>,
     pub(super) xdot: Vec<f64>,
-    /// Values that an operation wrote at the state itself.
+    /// Values that an operation wrote at the unperturbed state.
     pub(super) before: Vec<f64>,
-    /// The tangent at work, and its columns that may not be zero.
+    /// The present tangent, and its columns that may be nonzero.
     pub(super) row: Vec<f64>,
     pub(super) touched: Vec<u32>,
     pub(super) marked: Vec<bool>,
@@ -55,10 +55,10 @@ pub(crate) struct Linear {
 }
 
 impl Linear {
-    /// Tangents beyond which there are differences of the whole system instead: 16 bytes each.
+    /// Number of tangents (16 bytes each) beyond which differences of the whole system are used instead.
     pub const SIZE_MAX: usize = 1 << 24;
 
-    /// Places for tangents that a plan needs.
+    /// Returns the number of tangents for which a plan needs storage.
     pub fn size(plan: &Plan) -> usize {
         plan.sizes.sig.saturating_mul(plan.sizes.x + Self::sought_lanes(plan))
     }
@@ -138,7 +138,7 @@ impl Linear {
         }
     }
 
-    /// The row at work becomes the tangent of a lane.
+    /// Stores the present row as the tangent of a lane.
     pub(super) fn put(&mut self, lane: usize) {
         let mut count = 0;
         for column in self.touched.drain(..) {
@@ -152,8 +152,8 @@ impl Linear {
         self.count[lane] = count as u32;
     }
 
-    /// The increment of a signal in a difference: √ε of the larger of its value and what the increments of the states
-    /// make of it; towards where it is going.
+    /// Returns the increment of a signal in a difference: the larger of √ε times its value and its change by the increments of the states, in the
+    /// direction in which it changes.
     pub(super) fn increment(&self, lane: usize, value: f64, at: &At<'_>) -> f64 {
         let root = f64::EPSILON.sqrt();
         let (mut size, mut rate) = (root * value.abs(), 0.0);
@@ -174,8 +174,8 @@ impl Linear {
 }
 
 impl Linear {
-    /// ∂t/∂x of a loop's sought lanes, into `solution`, from the tangents of the lanes that they are to equal. False when
-    /// the matrix is singular.
+    /// Computes ∂t/∂x of the sought lanes of a loop into `solution`, from the tangents of the lanes that they must equal. Returns false if the matrix
+    /// is singular.
     pub(super) fn sought(&mut self, l: &Loop, n: usize) -> bool {
         let m = l.tears.len();
         self.solution[..m * n].fill(0.0);
@@ -207,7 +207,7 @@ impl Linear {
         true
     }
 
-    /// Replaces what a lane's tangent has in sought lanes by what these have in states.
+    /// Replaces the derivatives of a lane with respect to sought lanes by derivatives with respect to states.
     pub(super) fn substitute(&mut self, lane: usize, n: usize) {
         for k in 0..self.count[lane] as usize {
             let (column, slope) = self.tangents[lane * self.width + k];
@@ -226,7 +226,7 @@ impl Linear {
         self.put(lane);
     }
 
-    /// The row at work: the tangent of what block `k` writes as its `row`.
+    /// Computes the present row: the tangent of the lane that block `k` writes as its `row`.
     pub(super) fn chain(&mut self, k: u32, row: usize) {
         self.begin();
         let own = self.own[k as usize].x.clone();

@@ -290,7 +290,7 @@ impl Simulation {
         Ok(regular.then(|| DMatrix::from_row_slice(n, n, &out)))
     }
 
-    /// Calls a function with the run as an integrator sees it, without pins, and restores the run afterwards.
+    /// Calls a function with the integrator's interface of the run, without pins, and restores the run afterwards.
     pub(super) fn beside(
         &mut self,
         work: impl FnOnce(&mut Running<'_>, f64) -> Result<(), Stopped>,

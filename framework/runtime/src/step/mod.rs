@@ -135,8 +135,8 @@ impl Simulation {
         Ok(())
     }
 
-    /// Brings states up to date that are constant within a step, at the instant `now` whose operations have been evaluated, and evaluates them
-    /// again if they depend on what changed. Returns the last evaluation.
+    /// Updates states that are constant within a step, at the instant `now` whose operations have been evaluated, and evaluates operations again if
+    /// they depend on the changes. Returns the last evaluation.
     #[inline]
     fn rearrange(&mut self, plan: &Plan, now: EvalTime) -> Result<EvalTime, Stopped> {
         if plan.rearranged.is_empty() {
@@ -332,7 +332,7 @@ impl Simulation {
         self.run_to(t)
     }
 
-    /// The time at which a run is to end.
+    /// Converts the time at which a run is to end.
     fn end(&self, t: impl IntoSeconds) -> Result<Seconds, RunError> {
         t.into_seconds().map_err(|message| {
             let (time, path) = (self.time(), String::new());
@@ -378,8 +378,8 @@ impl Simulation {
         condition.holds(times, |place| self.value(place))
     }
 
-    /// True while the present tick is before `t`. A tick that is nearer to `t` than a billionth of `t`, and than a thousandth of a
-    /// tick, is at `t`: a sum such as `time + 0.02` in floating point is not a multiple of the tick.
+    /// True while the present tick is before `t`. A tick within a billionth of `t` and within a thousandth of a tick counts as being at `t`, because
+    /// a floating-point sum such as `time + 0.02` is not an exact multiple of the tick.
     pub fn before(&self, t: Seconds) -> bool {
         let base = self.plan.base;
         // Compare integers: the unit is one second divided by both denominators.
@@ -448,9 +448,9 @@ impl Simulation {
         }
     }
 
-    /// A flag that stops a step before its row when it is set, between two steps of the integrator: a row of an hour may take a
-    /// million of them. [`Simulation::step_watched`] then gives [`Stop::Interrupted`]; the run may be saved there, and continues with the next step.
-    /// Where a part has its own stepping method (contact), which goes from row to row, the run stops at the row.
+    /// Sets a flag that stops an advance between two steps of the integrator, before the next row, because a row of an hour may take a million steps.
+    /// [`Simulation::step_watched`] then returns [`Stop::Interrupted`]; the run may be saved there, and continues with the next step. If a part has
+    /// its own stepping method (contact), which advances from row to row, the run stops at the row.
     pub fn interrupt_by(&mut self, flag: Arc<AtomicBool>) {
         self.interrupt = Some(flag);
     }

@@ -111,7 +111,8 @@ impl Simulation {
                     if let (true, Err(why)) = (part.prototype.stored(), part.prototype.can_save()) {
                         let help =
                             "keep it in one phase only, or use a unit that can save its state";
-                        let message = format!("it cannot go over to another plan: {why}");
+                        let message =
+                            format!("its state cannot be transferred to another plan: {why}");
                         let failure = Box::new(Failure { message, help: Some(help.into()) });
                         return Err(Stopped { block: j as u32, failure });
                     }

@@ -20,7 +20,7 @@ impl Simulation {
     /// Collects the warning of a part about the guard that is due, before it fires.
     ///
     /// # Errors
-    /// It stops the run.
+    /// The warning stops the run.
     pub(super) fn hear(
         &mut self,
         plan: &Plan,
@@ -63,8 +63,8 @@ impl Simulation {
         self.notices.add(&part.path, t, fault);
     }
 
-    /// Whether a part finds that a run cannot begin here, or go on from here: every step then says so, until the state is another. All parts are
-    /// asked, also those that were there before: a checkpoint of this state is judged in the same way.
+    /// Asks all parts whether a run can begin at this state or continue from it; if not, every step returns the error until the state is replaced.
+    /// Parts that existed before are asked, too, so that a checkpoint of this state gives the same result.
     pub(crate) fn judge(&mut self) {
         self.broken = None;
         let (plan, now) = (self.plan.clone(), self.next(Evaluation::Tick));
@@ -79,7 +79,7 @@ impl Simulation {
         }
     }
 
-    /// What parts that a phase has brought have to say of how they begin.
+    /// Collects the warnings of parts that a phase has added about their start.
     pub(super) fn hear_new(&mut self, plan: &Plan, new: &[String]) {
         let now = self.next(Evaluation::Tick);
         let (x, d, sig) = (&self.state.x, &self.state.d, &self.state.sig);
@@ -96,10 +96,10 @@ impl Simulation {
         }
     }
 
-    /// At a row: where parts stand that ask services at places, and whether the services' data reach there.
+    /// Checks at a row whether the data of services cover the positions of the parts that query them.
     ///
     /// # Errors
-    /// A service that is to stop the run where its data end.
+    /// A service stops the run because its data do not cover the position.
     pub(super) fn places(&mut self, plan: &Plan) -> Result<(), RunError> {
         for k in 0..plan.asked.len() {
             if self.work.silent[k] {
@@ -110,7 +110,8 @@ impl Simulation {
             let t = self.time();
             let Some(beyond) = asked.object.out_of_range(t, place) else { continue };
             let part = &plan.parts[asked.part as usize];
-            let message = format!("`{}`: {}; `{}` asks", asked.service, beyond.message, part.path);
+            let message =
+                format!("`{}`: {}; requested by `{}`", asked.service, beyond.message, part.path);
             if beyond.stops {
                 let (path, help) = (asked.service.clone(), beyond.help);
                 return Err(RunError { time: t, path, message, help });

@@ -22,8 +22,7 @@ use crate::plan::condition::Times;
 use linkwork_integrate::Method;
 use std::any::Any;
 
-/// The values at the end of a stretch are taken this part of its length earlier, because a jump at its end belongs to the
-/// next stretch.
+/// The values at the end of a stretch are taken earlier by this fraction of its length, because a jump at its end belongs to the next stretch.
 const BEFORE: f64 = 1e-9;
 
 /// Returns whether the start of a step is kept where parts have their own stepping method, so that values inside it are known.
@@ -83,7 +82,7 @@ impl Stretch<'_> {
         euler || !self.plan.steps.is_empty()
     }
 
-    /// Returns whether values inside it are known. They are not where a part has its own stepping method, from row to row.
+    /// Returns whether values inside it are known. They are unknown if a part has its own stepping method, which advances from row to row.
     pub fn is_dense(&self) -> bool {
         self.plan.steps.is_empty() || keeps_start(self.plan)
     }
@@ -176,7 +175,7 @@ impl Simulation {
         }
     }
 
-    /// Takes the values at the begin of a stretch from the signals, which belong to this instant.
+    /// Copies the values at the beginning of a stretch from the signals, which belong to this instant.
     #[inline]
     pub(super) fn observe_start(&mut self) {
         if let Some(observed) = &mut self.observed {
@@ -185,7 +184,7 @@ impl Simulation {
         }
     }
 
-    /// After a step of h s, the `last` before the row or not, of which the run takes the part up to an event at θ, or all.
+    /// Passes a step of h s to the observer; the run uses it up to an event at θ, or completely; `last`: the step ends at the row.
     pub(super) fn observe_step(&mut self, plan: &Plan, (h, last): (f64, bool), event: Option<f64>) {
         let Some(mut observed) = self.observed.take() else { return };
         let Observed { phases, observer, start, end, inner, signals, disturbed } = &mut *observed;
@@ -238,7 +237,7 @@ impl Simulation {
 }
 
 impl Stretch<'_> {
-    /// The values right before its end, into `inner`.
+    /// Computes the values immediately before the end of the stretch into `inner`.
     fn evaluate_end(&mut self, whole: bool) -> bool {
         if !whole && self.is_dense() {
             return self.at(1.0 - BEFORE).is_some();

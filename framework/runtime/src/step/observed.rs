@@ -5,11 +5,11 @@ use crate::plan::compiled::Plan;
 /// The variables that an observer takes; the values that it gets are in this order.
 #[derive(Clone, Debug, Default)]
 pub struct ObserverRequest {
-    /// At the ends of every step, and inside.
+    /// Evaluated at the ends of every step, and inside.
     pub places: Vec<Place>,
-    /// At rows and events; at other ends of steps, and inside, where steps are adaptive.
+    /// Evaluated at rows and events; with adaptive steps also at the ends of other steps, and inside.
     pub sparing: Vec<Place>,
-    /// Parts whose accounts ([`crate::Block::accounts`]) are taken, at rows, with the number of them.
+    /// Parts whose accounts ([`crate::Block::accounts`]) are observed at rows, with the number of accounts.
     pub accounts: Vec<(String, usize)>,
 }
 
@@ -21,16 +21,16 @@ impl ObserverRequest {
     }
 }
 
-/// How the value of an observed variable varies between two instants.
+/// Variation of an observed variable between two instants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Lane {
-    /// The phase does not have it.
+    /// The phase does not have the variable.
     Absent,
-    /// It keeps its value.
+    /// The variable keeps its value.
     Held(Place),
     /// A continuous state.
     State(u32),
-    /// A signal that follows from continuous operations.
+    /// A signal that continuous operations compute.
     Signal(u32),
 }
 
@@ -56,9 +56,9 @@ pub(super) struct Columns {
     /// The continuous operations upstream of the variables that are evaluated at every end, and of all variables.
     pub(super) ops: Vec<u32>,
     pub(super) all_ops: Vec<u32>,
-    /// Blocks with accounts, the first value of each, and how many.
+    /// Blocks with accounts: the index of the first value of each, and their number.
     pub(super) accounts: Vec<(u32, usize, usize)>,
-    /// How many are evaluated at every end.
+    /// Number of variables that are evaluated at every end.
     pub(super) often: usize,
 }
 

@@ -1,15 +1,15 @@
-//! One operation of a plan; algebraic loops by Newton's method on the wires that are solved for.
+//! Execution of one operation of a plan; algebraic loops are solved by Newton's method for the values of the cut wires.
 //! ```text
 //! r(t) = s(t) − t = 0      t: what the reader sees, s: what the writer then sends
 //! J ≈ ∂r/∂t by differences, J Δ = −r with pivots; steps halve while |r| does not fall
 //! ```
-//! It starts from the values of the last solution, which are part of the state. A loop of linear parts takes
-//! one step, or two where differences are not exact enough.
+//! It starts from the values of the last solution, which are part of the state. A loop of linear parts takes one step, or two if differences are not
+//! exact enough.
 use super::stopped::{Stopped, of};
 use crate::author::block::{Block, EvalTime, Failure};
 use crate::plan::compiled::{Loop, Op, Plan};
 
-/// Newton steps before it is given up.
+/// Maximum number of Newton steps.
 const STEPS: usize = 40;
 /// Halvings of one step.
 const HALVINGS: usize = 12;
@@ -92,7 +92,7 @@ fn solve(
         return Ok(());
     }
     let message = format!(
-        "the loop of {} has no solution that Newton's method finds: after {steps} steps the ends of the \
+        "Newton's method finds no solution of the loop of {}: after {steps} steps the ends of the \
          wires differ by {miss:.3e} times the tolerance",
         l.wires.iter().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(", ")
     );
@@ -101,12 +101,12 @@ fn solve(
     Err(Stopped { block: l.block, failure })
 }
 
-/// The larger of two errors; NaN is the largest.
+/// Returns the larger of two errors; NaN counts as the largest.
 fn worse(a: f64, b: f64) -> f64 {
     if a.is_nan() || b <= a { a } else { b }
 }
 
-/// Solves A x = b in place by elimination with pivots; false when A is singular.
+/// Solves A x = b in place by elimination with pivots; returns false if A is singular.
 pub(super) fn eliminate(a: &mut [f64], b: &mut [f64], n: usize) -> bool {
     for k in 0..n {
         let Some(p) = (k..n).max_by(|i, j| a[i * n + k].abs().total_cmp(&a[j * n + k].abs()))
@@ -135,7 +135,7 @@ pub(super) fn eliminate(a: &mut [f64], b: &mut [f64], n: usize) -> bool {
     b.iter().all(|v| v.is_finite())
 }
 
-/// One operation.
+/// Executes one operation.
 #[inline(always)]
 pub(super) fn run(
     blocks: &mut [Box<dyn Block>],

@@ -2,14 +2,14 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The pins by path, and their places in the slots of a plan.
+/// The pins by path, and their slots in a plan.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Pins {
     pub(super) values: BTreeMap<String, (f64, Target)>,
     pub(super) x: Vec<(u32, f64)>,
     pub(super) d: Vec<(u32, f64)>,
     pub(super) sig: Vec<(u32, f64)>,
-    /// Operation, lane that it writes, value: in the order of the operations.
+    /// Operation, lane that it writes, and value, in the order of the operations.
     pub(super) written: Vec<(u32, u32, f64)>,
 }
 
@@ -21,7 +21,7 @@ impl Pins {
         }
     }
 
-    /// Discrete states to their values.
+    /// Sets discrete states to their pinned values.
     pub fn discrete(&self, d: &mut [f64]) {
         for &(k, value) in &self.d {
             d[k as usize] = value;
@@ -42,7 +42,7 @@ impl Pins {
         self.signals(sig);
     }
 
-    /// Derivatives of pinned states to zero.
+    /// Sets derivatives of pinned states to zero.
     pub fn still(&self, xdot: &mut [f64]) {
         for &(k, _) in &self.x {
             xdot[k as usize] = 0.0;
@@ -62,7 +62,7 @@ impl Pins {
         self.values.iter().map(|(path, (value, _))| (path.as_str(), *value))
     }
 
-    /// Of what is pinned; `None` when nothing is.
+    /// Creates the pins for these values; `None` if there are none.
     pub(super) fn of(values: BTreeMap<String, (f64, Target)>) -> Option<Arc<Pins>> {
         let mut pins = Pins { values, ..Pins::default() };
         for &(value, target) in pins.values.values() {
@@ -80,7 +80,7 @@ impl Pins {
     }
 }
 
-/// Where a variable can be pinned.
+/// Location at which a variable can be pinned.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Target {
     X(u32),

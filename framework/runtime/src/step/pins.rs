@@ -87,7 +87,7 @@ fn target(lanes: &Lanes<'_>, (path, v): (&str, &Variable)) -> Result<Target, Var
                 (_, false) => Ok(Target::X(k)),
                 (_, true) => no(
                     format!(
-                        "`{path}` cannot be pinned: its part holds it together with other numbers (a rotation, a closed loop)"
+                        "`{path}` cannot be pinned: its part couples it to other numbers (a rotation, a closed loop)"
                     ),
                     "pin a rate without this constraint, or prescribe the hinge and pin the variable that prescribes it",
                 ),
@@ -95,7 +95,10 @@ fn target(lanes: &Lanes<'_>, (path, v): (&str, &Variable)) -> Result<Target, Var
         }
         Place::D(k) => return Ok(Target::D(k)),
         Place::Channel(_) | Place::Phase(_) => {
-            return no(format!("`{path}` is in no lane here"), "tell the authors");
+            return no(
+                format!("`{path}` has no stored value in this plan"),
+                "report this as a bug in Linkwork",
+            );
         }
         Place::Signal(k) => k as usize,
     };
@@ -108,7 +111,7 @@ fn target(lanes: &Lanes<'_>, (path, v): (&str, &Variable)) -> Result<Target, Var
             format!(
                 "`{path}` cannot be pinned: it is inside an algebraic loop, which is solved as a whole"
             ),
-            "pin what drives the loop",
+            "pin an input of the loop",
         ),
         (Role::Input, Some((_, Op::Outputs(k) | Op::Feedthrough(k)))) => {
             let is = |w: &&Variable| w.role == Role::Output && w.place == v.place;
@@ -254,7 +257,7 @@ pub(super) fn find<'a>(
     let (mut pins, mut gone) = (BTreeMap::new(), Vec::new());
     for (path, value) in values {
         let Some(v) = plan.lanes.get(path) else {
-            gone.push((path.to_string(), "it is not there".to_string()));
+            gone.push((path.to_string(), "it does not exist".to_string()));
             continue;
         };
         match target(&lanes, (path, v)) {

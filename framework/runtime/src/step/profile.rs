@@ -1,5 +1,5 @@
-//! Where the time of a run goes. A run that is not profiled has its blocks as they are; one that is has each of them
-//! in a block that looks at the clock before and after, and changes nothing else.
+//! Where the time of a run goes. In a profiled run each block is wrapped by a block that reads the clock before and after each call and changes
+//! nothing else; other runs have no wrappers.
 use crate::author::block::{Block, EvalTime, Failure, Outcome};
 use crate::author::error::BuildError;
 use crate::author::jacobian::{Jacobian, Operation};
@@ -21,7 +21,7 @@ pub struct Spent {
     pub part: String,
     /// Name of the operation, as in [`Block`].
     pub operation: &'static str,
-    /// How often it was called.
+    /// Number of calls.
     pub calls: u64,
     /// Wall time (s) in all calls.
     pub seconds: f64,
@@ -46,11 +46,11 @@ const OPERATIONS: [&str; 11] = [
 #[derive(Default)]
 struct Counts([[AtomicU64; 2]; OPERATIONS.len()]);
 
-/// Where the time of a run goes, by part and operation, over all phases.
+/// Computing time of a run by part and operation, over all phases.
 #[derive(Clone, Default)]
 pub struct Profile(Arc<Mutex<BTreeMap<String, Arc<Counts>>>>);
 
-/// The wall clock is shown, never simulated.
+/// The wall clock is used for display only, never in the simulation.
 #[allow(clippy::disallowed_methods)]
 fn now() -> Instant {
     Instant::now()
@@ -62,7 +62,7 @@ impl Profile {
         parts.entry(part.to_string()).or_default().clone()
     }
 
-    /// Returns the operations, the most expensive first. Loops that are solved and what they solve are in their parts.
+    /// Returns the operations, the most expensive first. The times of parts include those of the algebraic loops that are solved for them.
     pub fn spent(&self) -> Vec<Spent> {
         let parts = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let mut all = Vec::new();
@@ -79,7 +79,7 @@ impl Profile {
         all
     }
 
-    /// What looking at the clock costs one call (s), measured now: the least of some tries.
+    /// Measures the time (s) that reading the clock adds to one call: the minimum of some tries.
     pub fn clock() -> f64 {
         const PAIRS: u32 = 1000;
         let pairs = || {
@@ -92,7 +92,7 @@ impl Profile {
         (0..20).map(|_| pairs()).fold(f64::INFINITY, f64::min)
     }
 
-    /// The blocks of a plan, each with a clock.
+    /// Returns the blocks of a plan, each with a clock.
     pub(super) fn blocks(&self, plan: &Plan) -> Vec<Box<dyn Block>> {
         self.around(plan, blocks_of(plan))
     }

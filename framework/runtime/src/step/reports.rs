@@ -2,25 +2,25 @@
 use crate::author::value::Fault;
 use std::collections::BTreeSet;
 
-/// What a move did.
+/// Report of a move between plans.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MoveReport {
     /// Paths of parts that kept their state.
     pub kept: Vec<String>,
     /// Paths of parts that started anew.
     pub new: Vec<String>,
-    /// Paths of parts that are gone.
+    /// Paths of parts that no longer exist.
     pub dropped: Vec<String>,
-    /// Pins that are gone: the path, and why the variable cannot be pinned now.
+    /// Removed pins: the path, and the reason for which the variable cannot be pinned now.
     pub unpinned: Vec<(String, String)>,
-    /// What parts say of it: momentum and energy of a mechanism.
+    /// Reports of parts, such as momentum and energy of a mechanism.
     pub notes: Vec<String>,
 }
 
-/// Notices that are kept until somebody asks.
+/// Maximum number of notices that are kept until they are queried.
 pub(super) const KEPT: usize = 256;
 
-/// A notice: simulated time (s), and what there is to be said, with the place of the part in its file.
+/// A notice: simulated time (s), and the message with the place of the part in its file.
 pub type Notice = (f64, Fault);
 
 /// Reports that were made, and those that were not taken yet.

@@ -7,13 +7,14 @@
 //! return map  M(g) = [Φ + g Γ G_u C, g Γ G_d; H_u C, H_d]                 g = 1: as it is
 //! unstable    ρ(M(1)) > 1.002 max(1, ρ(M(0)))      nearly: ρ(M(1.25))
 //! ```
-//! The plant is differentiated while driven hinges turn at [`TURNING`], where dry friction and brakes do not hold: at rest they would hide a loop that swings as soon as it
-//! moves. Sampled parts are differentiated by secants over several amplitudes. The slope is the one on which neighbouring amplitudes
-//! agree best, so that a quantised sensor has the mean gradient of its steps, and a controller the gradient inside of its limits.
+//! The plant is differentiated while driven hinges turn at [`TURNING`], so that dry friction and brakes do not hold them; at rest these would hide a
+//! loop that oscillates as soon as it moves. Sampled parts are differentiated by secants over several amplitudes. The slope is the one on which
+//! neighbouring amplitudes agree best, so that a quantised sensor has the mean gradient of its steps, and a controller the gradient inside of its
+//! limits.
 //!
-//! Each controller is examined alone: the outputs of all others are held. Parts with another sample period are held, too, and so are stores. Not examined are
-//! discrete states without a unit (counts, places in lists),
-//! simulations with contact by impulses, which have no ẋ, and plans with more than [`STATES_MAX`] states.
+//! Each controller is examined alone: the outputs of all others are held. Parts with another sample period are held, too, and so are stores. The
+//! following are not examined: discrete states without a unit (counts, indices), simulations with contact by impulses, which have no ẋ, and plans
+//! with more than [`STATES_MAX`] states.
 #![allow(non_snake_case)]
 use super::evaluate;
 use super::simulation::Simulation;
@@ -30,24 +31,25 @@ use linkwork_spatial::nalgebra::DMatrix;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// Rates (rad/s or m/s) of driven hinges at which the plant is differentiated: a motor may be at its limits at the higher one, dry friction may hold at the lower one.
+/// Rates (rad/s or m/s) of driven hinges at which the plant is differentiated: at the higher rate a motor may be at its limits, at the lower rate dry
+/// friction may hold.
 const TURNING: [f64; 2] = [2.0, 0.3];
-/// Least part of its gain at which an unstable loop is stable: below it, the gain is not the cause.
+/// Smallest fraction of its gain at which an unstable loop is stable; below it, the gain is not the cause.
 const SHARE_MIN: f64 = 0.01;
-/// Growth in a period, relative to the growth of the open loop, up to which it counts as round-off.
+/// Growth per period, relative to that of the open loop, that still counts as round-off.
 const SLACK: f64 = 1.002;
 /// Gain at which a loop must still be stable.
 const MARGIN: f64 = 1.25;
-/// Rows that a run is taken ahead, so that sampled parts have had their first samples.
+/// Number of rows that a run is advanced, so that sampled parts have had their first samples.
 const ROWS_MAX: u64 = 300;
-/// States of one loop, discrete ones included, beyond which it is not examined.
+/// Maximum number of states of one loop that is examined, including discrete states.
 const SIZE_MAX: usize = 150;
 /// Amplitudes of secants.
 const AMPLITUDES: [f64; 9] = [1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0, 10.0, 100.0, 1000.0];
 /// Names of parameters that are gains of a controller.
 const GAINS: [&str; 5] = ["gain", "kp", "stiffness", "frequency", "damping"];
 
-/// A controller and what it reads and writes.
+/// A controller, and the lanes that it reads and writes.
 struct Loop {
     /// Its block.
     controller: u32,
@@ -65,9 +67,9 @@ struct Loop {
     discrete: Vec<usize>,
 }
 
-/// How the system reacts to a lane.
+/// Response of the system to a lane.
 struct Plant {
-    /// Measured lanes by state: (state, slope), for each input lane of all loops.
+    /// Derivatives of measured lanes with respect to states: (state, slope) for each input lane of all loops.
     measures: BTreeMap<u32, Vec<(usize, f64)>>,
     /// ∂ẋ/∂s by output lane.
     drives: BTreeMap<u32, Vec<f64>>,
@@ -81,13 +83,13 @@ struct Finding {
     period: f64,
     radius: f64,
     unstable: bool,
-    /// Part of the gain at which it is stable with a margin.
+    /// Fraction of the gain at which it is stable with a margin.
     share: f64,
 }
 
 impl Simulation {
-    /// Warnings about sampled controllers whose loops are unstable, or nearly so, each with the gain that would do. The run is taken ahead by some
-    /// samples: it is not to be used afterwards.
+    /// Warnings about sampled controllers whose loops are unstable, or nearly so, each with a sufficiently small gain. The run is advanced by some
+    /// samples and must not be used afterwards.
     pub fn sampled_loops(&mut self) -> Vec<Fault> {
         let plan = self.plan.clone();
         if !plan.steps.is_empty() || plan.derivs.is_empty() || plan.sizes.x > STATES_MAX {
@@ -120,7 +122,7 @@ impl Simulation {
         tell(&plan, &found)
     }
 
-    /// The plant around the present state, with driven hinges turning at a rate.
+    /// Linearizes the plant around the present state, with driven hinges turning at a rate.
     fn plant(&mut self, plan: &Plan, loops: &[Loop], rate: f64) -> Option<Plant> {
         let n = plan.sizes.x;
         let mut x = self.state.x.clone();
@@ -192,7 +194,7 @@ impl Simulation {
         Some(Plant { measures, drives, states })
     }
 
-    /// The return map of one loop.
+    /// Computes the return map of one loop.
     fn examine(&mut self, plan: &Plan, l: &Loop, plant: &Plant) -> Option<Finding> {
         let measured = l.inputs.iter().filter_map(|u| plant.measures.get(u)).flatten();
         let mut lanes: BTreeSet<usize> = measured.map(|(k, _)| *k).collect();
@@ -253,9 +255,9 @@ impl Simulation {
         Some(Finding { controller, period, radius, unstable, share: 0.5 * low })
     }
 
-    /// How outputs, and the next discrete states, of the sampled parts of a loop react to its inputs and discrete states: columns are inputs, then discrete
-    /// states. Operations are differentiated one by one and joined by the chain rule, so that an encoder is examined over many of its ticks and a controller
-    /// inside of its limits.
+    /// Returns the derivatives of outputs and next discrete states of the sampled parts of a loop with respect to its inputs and discrete states;
+    /// columns are inputs, then discrete states. Operations are differentiated one by one and joined by the chain rule, so that an encoder is
+    /// examined over many of its ticks and a controller inside of its limits.
     fn sample(&mut self, plan: &Plan, l: &Loop) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
         let width = l.inputs.len() + l.discrete.len();
         let now = self.next(Evaluation::Tick);
@@ -316,7 +318,7 @@ enum Role {
     Update,
 }
 
-/// The state around which sampled parts are differentiated.
+/// Returns the state around which sampled parts are differentiated.
 struct Scratch<'a> {
     blocks: &'a mut [Box<dyn Block>],
     now: EvalTime,
@@ -332,7 +334,7 @@ fn added(mut sum: Vec<f64>, by: f64, row: &[f64]) -> Vec<f64> {
 }
 
 impl Scratch<'_> {
-    /// The values that a function of a block writes, in the order of their lanes.
+    /// Returns the values that a function of a block writes, in the order of their lanes.
     fn values(&mut self, plan: &Plan, block: u32, role: Role) -> Option<Vec<f64>> {
         let part = &plan.parts[block as usize];
         let (w, d) = (&part.wiring, part.prototype.description());
@@ -354,7 +356,7 @@ impl Scratch<'_> {
         })
     }
 
-    /// Jacobian of what a function of a block writes by the inputs and discrete states of the loop, by lane.
+    /// Computes the Jacobian of the lanes that a function of a block writes with respect to inputs and discrete states of the loop.
     fn chain(
         &mut self,
         plan: &Plan,
@@ -409,8 +411,8 @@ impl Scratch<'_> {
     }
 }
 
-/// The secant on which three neighbouring amplitudes agree best, else two, to 5 %; the middle secant where none agree. Three, because two amplitudes
-/// of a few steps of a quantised sensor may agree by chance.
+/// Returns the secant on which three neighbouring amplitudes agree best to 5 %, or else two; the middle secant if none agree. Three are required,
+/// because two amplitudes of a few steps of a quantised sensor may agree by chance.
 fn plateau(secants: &[f64; AMPLITUDES.len()]) -> f64 {
     let agreed = |count: usize| {
         let spread = |all: &[f64]| {
@@ -461,7 +463,7 @@ fn discrete(
         .then(|| (sum.view((0, 0), (n, n)).into_owned(), sum.view((0, n), (n, m)).into_owned()))
 }
 
-/// The block of an operation.
+/// Returns the block of an operation.
 fn block_of(op: Op) -> Option<u32> {
     match op {
         Op::Outputs(k) | Op::Feedthrough(k) => Some(k),
@@ -469,7 +471,7 @@ fn block_of(op: Op) -> Option<u32> {
     }
 }
 
-/// The controllers of a plan: sampled parts whose outputs reach continuous parts.
+/// Returns the controllers of a plan: sampled parts whose outputs reach continuous parts.
 fn loops(plan: &Plan) -> Vec<Loop> {
     let flow = &plan.flow;
     let held = |lane: u32| {
@@ -556,7 +558,8 @@ fn loops(plan: &Plan) -> Vec<Loop> {
     all.into_values().filter(|l| !l.inputs.is_empty()).collect()
 }
 
-/// The discrete states of a block that are quantities. Numbers without a unit are counts, places in lists and flags: other values of them may mean nothing.
+/// Returns the discrete states of a block that are quantities. Numbers without a unit are counts, indices and flags, whose other values may have no
+/// meaning.
 fn numbers(plan: &Plan, block: u32) -> Vec<usize> {
     let part = &plan.parts[block as usize];
     let (mut all, mut at) = (Vec::new(), part.wiring.d);
@@ -575,7 +578,7 @@ fn digits(x: f64) -> String {
     format!("{:.decimals$}", round_down(x))
 }
 
-/// One warning for all controllers of one model and the same parameters.
+/// Merges the warnings of all controllers with the same model and parameters into one.
 fn tell(plan: &Plan, found: &[Finding]) -> Vec<Fault> {
     let mut groups: BTreeMap<String, Vec<&Finding>> = BTreeMap::new();
     for finding in found {
@@ -592,9 +595,12 @@ fn tell(plan: &Plan, found: &[Finding]) -> Vec<Fault> {
             n => format!(" and {} like it", n - 1),
         };
         let state = match worst.unstable {
-            true => format!("unstable: a deviation grows by {:.3} in each", worst.radius),
+            true => format!(
+                "unstable: a deviation grows by a factor of {:.3} in each sample",
+                worst.radius
+            ),
             false => format!(
-                "nearly unstable: with {MARGIN} times its gain a deviation grows by {:.3} in each",
+                "nearly unstable: with {MARGIN} times its gain, a deviation grows by a factor of {:.3} in each sample",
                 worst.radius
             ),
         };
@@ -610,8 +616,8 @@ fn tell(plan: &Plan, found: &[Finding]) -> Vec<Fault> {
         });
         let by = digits(worst.share);
         let help = match gain {
-            Some(gain) => format!("{gain} or less ({by} of its gains), or sample more often"),
-            None => format!("take {by} of its gains, or sample more often"),
+            Some(gain) => format!("{gain} or less ({by} of its value), or sample more often"),
+            None => format!("multiply its gains by {by} or less, or sample more often"),
         };
         faults.push((worst.controller, Fault::new(part.origin, fact).help(help)));
     }

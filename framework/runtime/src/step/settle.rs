@@ -20,7 +20,7 @@ use linkwork_integrate::System;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-/// A run of which some velocities stay zero.
+/// A run in which some velocities remain zero.
 struct HeldRun<'a> {
     run: Running<'a>,
     /// Their lanes.
@@ -68,11 +68,11 @@ impl System for HeldRun<'_> {
 const DAMPING: f64 = 30.0;
 /// Longest settling, s.
 const LONGEST: f64 = 20.0;
-/// Speed (m/s, rad/s) at which nothing moves any more, and at which it hardly moves at the end.
+/// Speed (m/s, rad/s) that counts as rest, and the larger speed that is accepted at the end.
 const REST: [f64; 2] = [1e-7, 1e-4];
-/// Steps of the plan are divided by these until one is short enough.
+/// Divisors of the step of the plan; they are tried until the step is short enough.
 const FINER: [f64; 3] = [1.0, 4.0, 16.0];
-/// A group that is not slower than this long ago does not come to rest, s.
+/// A group whose speed has not decreased within this time does not come to rest, s.
 const SLOWS: f64 = 2.0;
 
 /// Velocities that come to rest together, such as all velocities of one machine. The lists contain slots in the continuous state.
@@ -83,7 +83,7 @@ pub struct SettleGroup {
     pub adapting: Vec<usize>,
 }
 
-/// Which velocities of a group are free while it settles.
+/// Free velocities of a group while it settles.
 #[derive(Clone, Copy, PartialEq)]
 enum Free {
     Own,
@@ -101,11 +101,11 @@ impl SettleGroup {
     }
 }
 
-/// The end of a settling, when nothing failed.
+/// Result of a settling without errors.
 struct End {
-    /// State and derivative; `None` when a group moves on.
+    /// State and derivative; `None` if a group still moves.
     rest: Option<(Vec<f64>, Vec<f64>)>,
-    /// The groups that move on.
+    /// The groups that still move.
     moves: Vec<bool>,
 }
 
@@ -155,13 +155,13 @@ pub fn settle(
     free.iter().map(|f| *f != Free::None).collect()
 }
 
-/// Greatest magnitude of some lanes; NaN if one of them is.
+/// Returns the greatest magnitude of some lanes; NaN if one of them is NaN.
 fn greatest(x: &[f64], lanes: &[usize]) -> f64 {
     lanes.iter().map(|k| x[*k]).fold(0.0_f64, |a, v| if v.abs() <= a { a } else { v.abs() })
 }
 
-/// Follows a plan until all groups rest, with steps of h s; `free` are the lanes of each that may move. `None` when the step
-/// is too long, or something fails.
+/// Advances a plan with steps of h s until all groups rest; `free` are the lanes of each group that may move. Returns `None` if the step is too long
+/// or an evaluation fails.
 fn relax(plan: &Plan, v: &Range<usize>, free: &[&[usize]], h: f64) -> Option<End> {
     let (mut blocks, mut state, mut work) = (blocks_of(plan), initial(plan), Work::new(plan));
     plan.fields.iter().for_each(|field| show(&mut blocks, field));

@@ -44,13 +44,13 @@ pub struct VariableError {
 /// Position of a run after [`Simulation::step_event`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stop {
-    /// At a row of the table, with its work done.
+    /// At a row of the table, after its work.
     Row,
     /// At an event, after the handler of one part or transition.
     Event,
     /// At the instant at which a watched condition became true: its index in [`crate::PhaseSpec::watches`].
     Watched(u32),
-    /// Between two rows, where [`Simulation::interrupt_by`] asked it to stop.
+    /// Between two rows, because of [`Simulation::interrupt_by`].
     Interrupted,
 }
 
@@ -71,34 +71,34 @@ pub struct Simulation {
     pub(super) profile: Option<Profile>,
     /// Observed variables, if any.
     pub(super) observed: Option<Box<Observed>>,
-    /// Asks it to stop between two steps.
+    /// Flag that stops the run between two steps.
     pub(super) interrupt: Option<Arc<AtomicBool>>,
 }
 
-/// Storage made once for a plan. No result depends on what a step leaves in it: a checkpoint does without.
+/// Storage that is allocated once for a plan. No result depends on its contents after a step, so checkpoints do not contain it.
 pub(crate) struct Work {
     /// Counts evaluations.
     pub(super) number: u64,
     pub(super) xdot: Vec<f64>,
     pub(super) integrator: Integrator,
-    /// For methods that want derivatives by the state.
+    /// For methods that need derivatives with respect to the state.
     pub(super) linear: Option<Box<Linear>>,
     /// A state within a step.
     pub(super) inside: Vec<f64>,
-    /// Where bodies turn freely: the state at the start of a step, and that of a stage in body axes.
+    /// For freely rotating bodies: the state at the start of a step, and that of a stage in body axes.
     pub(super) start: Vec<f64>,
     pub(super) stage: Vec<f64>,
-    /// The state at the start of a step that may have to be done again.
+    /// The state at the start of a step that may have to be repeated.
     pub(super) before: State,
     pub(super) stores: Vec<Option<Box<dyn std::any::Any + Send>>>,
-    /// Over what blocks that advance by themselves did so last: time after the tick at its start, length (s).
+    /// Last step of blocks with their own stepping method: time after the tick at its start, and length (s).
     pub(super) advanced: (f64, f64),
     /// Guards at the end of a step, and within.
     pub(super) end: Vec<f64>,
     pub(super) middle: Vec<f64>,
-    /// Which guards of a part fire, and which way they went.
+    /// Guards of a part that fire, with their directions.
     pub(super) ways: Vec<i8>,
-    /// Steps and events in a row of which none advanced the run by a billionth of a row.
+    /// Number of successive steps and events of which none advanced the run by a billionth of a row.
     pub(super) tiny: u32,
     /// The guard that fired last.
     pub(super) last: Option<u32>,
@@ -132,13 +132,13 @@ impl Work {
     }
 }
 
-/// Hands a field to its readers.
+/// Passes a field to its readers.
 pub(crate) fn show(blocks: &mut [Box<dyn Block>], field: &FieldPlan) {
     let shown = blocks[field.block as usize].shown();
     field.readers.iter().for_each(|&r| blocks[r as usize].see(shown.as_ref()));
 }
 
-/// The state of a plan before the first evaluation.
+/// Creates the state of a plan before the first evaluation.
 pub(crate) fn initial(plan: &Plan) -> State {
     let mut state = State {
         tick: plan.table.first().map_or(0, |r| r.at),
@@ -165,11 +165,11 @@ pub(crate) fn initial(plan: &Plan) -> State {
 /// Purpose of a state within a step.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Purpose {
-    /// To look at the guards there.
+    /// Evaluation of the guards.
     Look,
-    /// To look at them where a step that ends there comes to.
+    /// Evaluation of the guards at the end of a step that ends there.
     Again,
-    /// To go on from there.
+    /// The run continues from this state.
     Event,
 }
 
@@ -185,12 +185,12 @@ pub(super) struct Observed {
     pub(super) disturbed: bool,
 }
 
-/// Takes values of chosen variables over time ([`Simulation::observe`]).
+/// Receives values of chosen variables over time ([`Simulation::observe`]).
 pub trait Observer: Any + Send {
-    /// Takes the values at an instant, after its work: once for a row, and again when a run continues after a change. A variable
+    /// Receives the values at an instant after its work: once for a row, and again when a run continues after a change. A variable
     /// that does not exist in the phase is NaN.
     fn instant(&mut self, t: Times, values: &[f64]);
-    /// Takes the values over a stretch of time without a jump.
+    /// Receives the values over a stretch of time without a jump.
     fn stretch(&mut self, over: &mut Stretch<'_>);
 }
 
@@ -206,9 +206,9 @@ pub struct Stretch<'a> {
     pub(super) disturbed: &'a mut bool,
     /// The values of variables that are observed sparingly are evaluated, too.
     pub(super) all: bool,
-    /// It ends at a row with the work of sampled parts.
+    /// True if it ends at a row with the work of sampled parts.
     pub(super) sampled: bool,
-    /// Length of the step that it belongs to, and of the stretch (s).
+    /// Length of the step to which it belongs, and of the stretch (s).
     pub(super) step: f64,
     pub(super) length: f64,
     pub(super) purpose: Purpose,

@@ -1,4 +1,4 @@
-//! All that changes in a run, but for the models' stores.
+//! All data that change in a run, except the stores of models.
 use super::pinned::Pins;
 use linkwork_integrate::Memory;
 use std::sync::Arc;
@@ -10,16 +10,16 @@ pub struct GuardState {
     pub value: f64,
     /// Its change over the last step.
     pub change: f64,
-    /// Distance from zero that still counts as round-off at the instant of its event: how far it moves in 2 ns.
+    /// Distance from zero that still counts as round-off at the instant of its event: its change in 2 ns.
     pub slack: f64,
-    /// The side on which it was seen last: −1 below, 1 above; 0 after it has fired, until a step has shown on which side it is.
+    /// The last known side: −1 below, 1 above; 0 after it has fired, until the end of the next step.
     pub side: i8,
-    /// Whether what it fires is still to be done: 1 when it rose to zero or beyond, −1 when it fell; 0 when it is not due.
+    /// Direction of a due guard: 1 if it rose to zero or beyond, −1 if it fell; 0 if it is not due.
     pub due: i8,
 }
 
 impl GuardState {
-    /// Whether what it fires is still to be done.
+    /// Returns whether the guard is due.
     pub fn is_due(&self) -> bool {
         self.due != 0
     }
@@ -32,11 +32,11 @@ pub struct State {
     pub tick: u64,
     /// Row of the table whose work was done last.
     pub row: u32,
-    /// Time after the tick (s): 0 at rows, above it at an event between rows.
+    /// Time after the tick (s): 0 at rows, positive at an event between rows.
     pub since: f64,
-    /// How many events have fired at this instant.
+    /// Number of events that have fired at this instant.
     pub micro: u32,
-    /// Which configuration of the program.
+    /// Index of the phase of the program.
     pub phase: u32,
     /// Lists when each phase of the program began last (s); infinite before it has begun.
     pub entered: Vec<f64>,
@@ -50,7 +50,7 @@ pub struct State {
     pub sig: Vec<f64>,
     /// Guards, in the order of the plan.
     pub guards: Vec<GuardState>,
-    /// What keeps its value, in the lanes of the present phase; `None` when nothing is pinned.
+    /// The pins, in the lanes of the present phase; `None` if nothing is pinned.
     pub(crate) pins: Option<Arc<Pins>>,
 }
 

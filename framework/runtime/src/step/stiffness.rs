@@ -1,4 +1,4 @@
-//! A step that is too long for what decays or swings fast, found from the whole system at its start.
+//! Check for a step that is too long for fast decays or oscillations, from the linearized system at the start of a run.
 //!
 //! ```text
 //! J = ∂ẋ/∂x               by differences to both sides; where they differ, the smaller one or nothing
@@ -7,7 +7,7 @@
 //! ρ(A) = lim ‖Aⁿ‖^(1/n)   growth in a step, n = 2¹⁶ by squaring
 //! too long                ρ(A(h)) > 1.001 ρ(A(h/m))ᵐ, m steps so short that ‖h/m J‖ < 1/4: what the system does
 //! ```
-//! Forces that begin later, such as a contact that does not yet press, are not seen; sampled controllers are held
+//! Forces that begin later, such as a contact that does not yet press, are not included; sampled controllers are held
 //! (`sampled.rs` examines them). Adaptive methods find their step themselves. The cost is cubic in the number of states;
 //! a simulation with more than [`STATES_MAX`] states is not examined.
 #![allow(non_snake_case)]
@@ -18,12 +18,12 @@ use crate::plan::compiled::Plan;
 use linkwork_integrate::{Method, System};
 use linkwork_spatial::nalgebra::DMatrix;
 
-/// States beyond which this takes longer than it is worth.
+/// Number of states beyond which the analysis would take too long.
 pub const STATES_MAX: usize = 400;
-/// Growth in a step, relative to that of the system, that is rounding.
+/// Growth in a step, relative to that of the system, that counts as round-off.
 const SLACK: f64 = 1.001;
 
-/// The smaller of two numbers of one sign; of two signs nothing.
+/// Returns the number with the smaller magnitude if both have the same sign, or else 0.
 fn cautious(a: f64, b: f64) -> f64 {
     if !(a * b > 0.0) {
         0.0
@@ -89,8 +89,8 @@ pub(super) fn growth(mut A: DMatrix<f64>) -> Option<(f64, Vec<f64>)> {
 }
 
 impl Simulation {
-    /// Why the step of a fixed method is too long for the system as it stands, with the step that would
-    /// do; nothing when it is not, or when steps are adaptive. Asked before the first step of a run.
+    /// Returns the reason for which the step of a fixed-step method is too long for the system in its present state, with a sufficiently short step;
+    /// `None` if it is not too long or steps are adaptive. Call it before the first step of a run.
     pub fn stiffness(&mut self) -> Option<Fault> {
         let plan = self.plan.clone();
         let (n, h) = (plan.sizes.x, plan.step.seconds());
@@ -121,7 +121,7 @@ impl Simulation {
         };
         let origin = plan.parts.iter().find(has).map_or(Origin::NONE, |p| p.origin);
         let fact = format!(
-            "the step of {} s is too long: errors of `{path}` grow by {by:.3} in each",
+            "the step of {} s is too long: errors of `{path}` grow by a factor of {by:.3} in each step",
             short(h)
         );
         let help = format!(
@@ -131,7 +131,7 @@ impl Simulation {
         Some(Fault::new(origin, fact).help(help))
     }
 
-    /// ∂ẋ/∂x, cautious where it jumps; `None` where it is not finite.
+    /// Computes ∂ẋ/∂x with the smaller slope at jumps; `None` if it is not finite.
     fn jacobian(&mut self) -> Option<DMatrix<f64>> {
         let plan = self.plan.clone();
         let n = plan.sizes.x;
@@ -164,7 +164,7 @@ pub(super) fn round_down(x: f64) -> f64 {
     (x / digit).floor() * digit
 }
 
-/// A time as one writes it.
+/// Formats a time for messages.
 fn short(x: f64) -> String {
     let text = format!("{x:.6}");
     let text = text.trim_end_matches('0').trim_end_matches('.');

@@ -1,7 +1,7 @@
 //! Failures of evaluations.
 use crate::author::block::Failure;
 
-/// Why an evaluation failed: the block and its message.
+/// Cause of a failed evaluation: the block and its message.
 #[derive(Clone, Debug)]
 pub(super) struct Stopped {
     pub block: u32,

@@ -65,7 +65,7 @@ impl Simulation {
         let known = self.variable(path)?;
         self.plan.lanes.get(path).ok_or_else(|| VariableError {
             message: format!(
-                "`{path}` of `{}` is not there in phase `{}`",
+                "`{path}` of `{}` does not exist in phase `{}`",
                 known.part,
                 self.phase()
             ),
@@ -105,7 +105,7 @@ impl Simulation {
             _ => {
                 return refuse(
                     format!("`{path}` is driven by a wire"),
-                    "set what drives it, or remove the wire",
+                    "set the source of the wire, or remove the wire",
                 );
             }
         }

@@ -165,7 +165,7 @@ impl Block {
         *self.axes.insert(Axes { turn, s, couple: turned(turn, self.lean) })
     }
 
-    /// Computes the new impulse of the group from its old one and the velocity v with it.
+    /// Computes the new impulse of the group from its old impulse `l` and the velocity `v` that belongs to `l`.
     #[inline(always)]
     pub fn solve(&mut self, l: f64x4, v: f64x4) -> f64x4 {
         match self.cone {

@@ -22,7 +22,7 @@ type V6 = Vector6<f64>;
 /// Columns whose independent part is relatively smaller than this count as dependent.
 const DEPENDENT: f64 = 1e-9;
 
-/// How a coordinate is treated.
+/// Treatment of a coordinate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Role {
     Plain,

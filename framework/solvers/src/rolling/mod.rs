@@ -139,7 +139,7 @@ impl Rolling {
             return Err(RollingError::Unknown { what, help });
         }
         if let Some(b) = mb.bodies().iter().find(|b| !b.modes_q().is_empty()) {
-            let what = format!("bodies that bend (`{}`)", b.name());
+            let what = format!("flexible bodies (`{}`)", b.name());
             let help = "write the body without `modes`, or simulate with forces";
             return Err(RollingError::Unknown { what, help });
         }

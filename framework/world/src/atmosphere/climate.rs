@@ -44,13 +44,13 @@ impl Climate {
     pub fn new(entries: Vec<ClimateEntry>) -> Result<Self, WorldError> {
         let bad = |fact: String, help| Err(WorldError::Climate { fact, help });
         if entries.is_empty() {
-            return bad("there is no table".into(), "give one table at least");
+            return bad("there is no table".into(), "give at least one table");
         }
         for e in &entries {
             if !(e.season.is_finite() && e.dust.is_finite() && e.dust >= 0.0) {
                 let fact =
                     format!("a table at the season {} rad and the dust {}", e.season, e.dust);
-                return bad(fact, "a season is an angle, a dust load is 0 or more");
+                return bad(fact, "the season must be a finite angle, and the dust load 0 or more");
             }
         }
         let axis = |of: &dyn Fn(&ClimateEntry) -> f64| {

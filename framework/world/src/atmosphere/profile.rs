@@ -43,7 +43,8 @@ impl Profile<Vec3> {
         let heads = headings(text);
         let found = KNOWN.into_iter().find(|(names, _)| names.iter().all(|n| heads.contains(n)));
         let Some((names, unit)) = found else {
-            let fact = format!("there are no columns of winds; there are {}", heads.join(", "));
+            let fact =
+                format!("there are no columns of winds; the columns are {}", heads.join(", "));
             let help = "give columns altitude (m), east and north (m/s), or output of Mars-GRAM or Earth-GRAM";
             return Err(WorldError::Line { file: file.to_string(), line: 1, fact, help });
         };
@@ -63,7 +64,7 @@ impl Profile<Vec3> {
         for pair in rows.windows(2) {
             let [(_, a), (line, b)] = [pair[0], pair[1]];
             if !(a[0] < b[0]) {
-                let fact = format!("altitude {} beside {}", b[0], a[0]);
+                let fact = format!("altitude {} is next to {}", b[0], a[0]);
                 let help = "altitudes must strictly increase or strictly decrease";
                 return Err(WorldError::Line { file: file.to_string(), line, fact, help });
             }
@@ -103,7 +104,7 @@ impl<V: Copy + Add<Output = V> + Sub<Output = V> + Mul<f64, Output = V>> Profile
             Err(WorldError::Line { file: name.to_string(), line, fact, help })
         };
         if entries.is_empty() {
-            return fail(0, "has no entry".to_string(), "give one at least");
+            return fail(0, "has no entry".to_string(), "give at least one");
         }
         for (k, (h, v)) in entries.iter().enumerate() {
             if !h.is_finite() {

@@ -145,7 +145,7 @@ impl Table {
         for pair in rows.windows(2) {
             let ((_, a), (line, b)) = (&pair[0], &pair[1]);
             if !(a[0] < b[0]) {
-                let fact = format!("altitude {} m beside {} m", b[0], a[0]);
+                let fact = format!("altitude {} m is next to {} m", b[0], a[0]);
                 return Err(wrong(
                     file,
                     *line,

@@ -41,7 +41,7 @@ impl Discrete {
         }
         let epochs = words[6 * count..7 * count].to_vec();
         if !epochs.windows(2).all(|w| w[0] < w[1]) {
-            return Err("its epochs do not rise".into());
+            return Err("its epochs are not strictly increasing".into());
         }
         let state = |s: &[f64]| PointMotion {
             position: Vec3::new(s[0], s[1], s[2]),

@@ -72,7 +72,7 @@ impl Spk {
         }
         if segments.is_empty() {
             let help = "types 1, 2, 3, 5, 8, 9, 12, 13, 17 and 21 in J2000 axes are supported; NAIF's `spkmerge` or Horizons write them";
-            let fact = format!("no segment of a type that is read; it has {}", told(&unread));
+            let fact = format!("no segment of a supported type; it has {}", told(&unread));
             return Err(wrong(file, fact, help));
         }
         segments.reverse();
@@ -212,7 +212,7 @@ impl Ephemeris for Spk {
 fn told(unread: &[[i32; 3]]) -> String {
     let mut all: Vec<String> = unread
         .iter()
-        .map(|[body, axes, kind]| format!("body {body} by type {kind} in axes {axes}"))
+        .map(|[body, axes, kind]| format!("body {body} with type {kind} in axes {axes}"))
         .collect();
     all.dedup();
     if all.is_empty() { "none".into() } else { all.join(", ") }

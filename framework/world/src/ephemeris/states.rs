@@ -47,7 +47,7 @@ impl States {
             false => words[6 * count..7 * count].to_vec(),
         };
         if !epochs.windows(2).all(|w| w[0] < w[1]) {
-            return Err("its epochs do not rise".into());
+            return Err("its epochs are not strictly increasing".into());
         }
         let state = |s: &[f64]| [s[0], s[1], s[2], s[3], s[4], s[5]];
         let states = words[..6 * count].chunks_exact(6).map(state).collect();

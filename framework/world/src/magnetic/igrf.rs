@@ -53,7 +53,7 @@ impl Igrf {
             let words: Vec<&str> = raw.split_whitespace().collect();
             let float = |word: &str| {
                 word.parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(|| {
-                    wrong(file, line, format!("`{word}` is no number"), "nT as 123.4")
+                    wrong(file, line, format!("`{word}` is not a number"), "nT as 123.4")
                 })
             };
             match words[..] {
@@ -87,14 +87,14 @@ impl Igrf {
                     rows.push(Row { cosine: kind == "g", n, m, values, rate: float(rate)? });
                 }
                 _ => {
-                    let fact = format!("`{}` is no row", raw.trim());
+                    let fact = format!("`{}` is not a row", raw.trim());
                     return Err(wrong(file, line, fact, "`g n m` or `h n m`, values, rate"));
                 }
             }
         }
         if years.len() < 2 || rows.is_empty() {
             let fact = format!("{} years and {} rows", years.len(), rows.len());
-            return Err(wrong(file, 0, fact, "is this IAGA's igrf…coeffs.txt?"));
+            return Err(wrong(file, 0, fact, "check that this is IAGA's igrf…coeffs.txt"));
         }
         Ok(Self { years, degree, rows })
     }

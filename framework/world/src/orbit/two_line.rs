@@ -91,7 +91,7 @@ impl TwoLine {
         let after = at.since(&self.epoch);
         if after.abs() > LIMIT * 86_400.0 {
             let fact = format!(
-                "the elements of {} are of {}, {:.1} days away",
+                "the epoch of the elements of {} is {}, {:.1} days away",
                 self.called(),
                 self.epoch,
                 after.abs() / 86_400.0

@@ -3,7 +3,7 @@
 A package has one build, `_linkwork.abi3.so`, or several for different processor levels: `_linkwork_v2.abi3.so`, `_v3`, `_v4` for
 x86-64-v2 (any processor since 2009), -v3 (AVX2 and FMA) and -v4 (AVX-512). The highest level that the processor supports is
 loaded, always under the name `_linkwork`. The environment variable LINKWORK_CPU selects another level. The build for the
-lowest level detects what the processor supports.
+lowest processor level is loaded first and detects which level the processor supports.
 """
 
 import importlib

@@ -43,7 +43,7 @@ struct State {
     now: SearchState,
 }
 
-/// What is searched: one chain, or several tips.
+/// Subject of the search: one chain, or several tips.
 enum Of {
     Chain(Box<embedded::Robot>, Part),
     Whole(Box<WholeBodyIk>),

@@ -144,7 +144,7 @@ fn an_ephemeris_message_starts_a_craft_between_its_rows() {
     let moon = world(Centre::Moon, "2012-08-06 00:05:00 UTC", folder.path());
     assert!(
         told(moon.start(&start("icrf.oem")))
-            .contains("`EARTH`, and the body of the world is `moon`")
+            .contains("`EARTH`, but the body of the world is `moon`")
     );
     let other = Start::Ephemeris { file: "icrf.oem".into(), object: Some("OTHER".into()) };
     assert!(told(earth.start(&other)).contains("`object` with one of: CRAFT"));

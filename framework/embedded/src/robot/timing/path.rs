@@ -8,7 +8,7 @@
 //! ```
 //! s is the length in the space of all coordinates (rad and m are added without scaling). q′ is continuous where corners are rounded.
 
-/// One piece of a path: a quadratic function of its own length.
+/// One piece of a path: a quadratic function of the length along it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Piece {
     /// Position at which it begins, and length.

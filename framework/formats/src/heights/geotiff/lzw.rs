@@ -1,6 +1,6 @@
 //! LZW strips and tiles whose end the decoder of the crate `tiff` does not find.
 //!
-//! Where the width of the codes changes at the end of a strip or tile, libtiff writes the end code with a width that the decoder does not expect. The
+//! Where the width of the codes changes at the end of a strip or tile, libtiff writes the end code with another width than the decoder expects. The
 //! decoder then rejects data that are complete. They are decompressed here, and given to the decoder as a file without compression.
 
 use super::{CHUNK_MAX, HeightsError};

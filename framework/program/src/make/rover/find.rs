@@ -390,7 +390,7 @@ pub fn vehicle(
     }
     if wheels.iter().filter(|w| w.driven).count() < 2 {
         let fact = format!(
-            "{} with a drive: a wheel is a body on one joint without limits and with a level axis, with a cylinder, a sphere or a round mesh about that axis",
+            "{} with a drive; a wheel is a body on a single joint with a horizontal axis and without limits, and has a cylinder, a sphere or a round mesh about that axis",
             match wheels.len() {
                 0 => "there is no wheel",
                 _ => "there are not two wheels",

@@ -63,7 +63,7 @@ pub(super) fn edges(vertices: &[Vec3], faces: &[Face]) -> Result<Vec<Edge>, Worl
     let mut out = Vec::with_capacity(sides.len() / 2);
     for (&(a, b), &A) in &sides {
         let Some(&B) = sides.get(&(b, a)) else {
-            let fact = format!("only triangle {A} is there");
+            let fact = format!("it belongs to triangle {A} only");
             return Err(wrong(format!("edge {a}-{b}"), fact, "close the surface"));
         };
         if a > b {

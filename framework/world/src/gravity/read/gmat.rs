@@ -24,7 +24,7 @@ pub(super) fn read(file: &str, text: &str, keep: Keep) -> Result<Coefficients, W
             }
             ("POTFIE", Some(r)) => {
                 let fact = format!("a second POTFIELD; the first is on line {}", r.at);
-                return Err(wrong(file, line, fact, "one field in one file"));
+                return Err(wrong(file, line, fact, "write one field per file"));
             }
             ("RECOEF", None) => {
                 let fact = "RECOEF before POTFIELD".to_string();
@@ -45,12 +45,12 @@ pub(super) fn read(file: &str, text: &str, keep: Keep) -> Result<Coefficients, W
             ("", _) => {}
             (w, _) if w.starts_with("COMMEN") || w.starts_with('C') => {}
             (w, _) => {
-                let fact = format!("`{w}` is no keyword");
+                let fact = format!("`{w}` is not a keyword");
                 return Err(wrong(file, line, fact, "expected COMMENT, POTFIELD, RECOEF or END"));
             }
         }
     }
-    let help = "is this a .cof file of GMAT?";
+    let help = "check that this is a .cof file of GMAT";
     let Some(reading) = reading else {
         return Err(wrong(file, 0, "there is no POTFIELD".to_string(), help));
     };

@@ -76,7 +76,12 @@ fn header(file: &str, text: &str) -> Result<(Header, usize), WorldError> {
             _ => {}
         }
     }
-    Err(wrong(file, 0, "`end_of_head` is missing".to_string(), "is this a .gfc file of ICGEM?"))
+    Err(wrong(
+        file,
+        0,
+        "`end_of_head` is missing".to_string(),
+        "check that this is a .gfc file of ICGEM",
+    ))
 }
 
 fn norm_of(file: &str, line: usize, value: &str) -> Result<Norm, WorldError> {

@@ -63,7 +63,7 @@ impl PckKernel {
         segments.reverse();
         let out = Self { file: file.into(), segments, unread };
         if out.segments.is_empty() {
-            let fact = format!("no segment of a type that is read; it has {}", out.skipped());
+            let fact = format!("no segment of a supported type; it has {}", out.skipped());
             let help = "type 2 in axes of J2000 or of the ecliptic of J2000 is supported";
             return Err(wrong(file, fact, help));
         }
@@ -127,7 +127,7 @@ impl PckKernel {
     /// Returns the names of skipped segments, for messages.
     fn skipped(&self) -> String {
         let mut all: Vec<String> = (self.unread.iter())
-            .map(|[body, axes, kind]| format!("body {body} by type {kind} in axes {axes}"))
+            .map(|[body, axes, kind]| format!("body {body} with type {kind} in axes {axes}"))
             .collect();
         all.dedup();
         if all.is_empty() { "none".into() } else { all.join(", ") }

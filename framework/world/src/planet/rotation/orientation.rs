@@ -75,7 +75,11 @@ impl EarthOrientation {
             table.take(k + 1, &words, unit)?;
         }
         match table.days.len() {
-            0 | 1 => Err(table.wrong(0, "less than two days since 1972".to_string(), KINDS)),
+            0 | 1 => Err(table.wrong(
+                0,
+                "the table has fewer than two days since 1972".to_string(),
+                KINDS,
+            )),
             _ => Ok(table),
         }
     }
@@ -98,7 +102,7 @@ impl EarthOrientation {
         };
         let mjd = number("the modified Julian date", words[0], 1e6)?;
         if mjd.fract() != 0.0 {
-            let fact = format!("the row is of MJD {mjd}, which is not a midnight");
+            let fact = format!("the row is of MJD {mjd}, which is not midnight");
             return Err(self.wrong(line, fact, "give the file sampled at 0h UTC"));
         }
         if (mjd as i64) < FIRST {

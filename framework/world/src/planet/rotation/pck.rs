@@ -66,7 +66,7 @@ impl PckConstants {
                                 count += 1;
                                 if count > VALUES_MAX {
                                     let fact = format!("more than {VALUES_MAX} values");
-                                    return Err(wrong(k + 1, fact, "take a smaller kernel"));
+                                    return Err(wrong(k + 1, fact, "use a smaller kernel"));
                                 }
                                 out.values.entry(name.clone()).or_default().push(number);
                             }
