@@ -167,7 +167,7 @@ pub struct Arm {
     /// Limits by index in β: minimum and maximum position (rad or m), maximum rate, maximum effort (N m or N).
     pub limits: Vec<Limits>,
     gravity: Vec3,
-    /// Working memories that no call is using. Several simulations may share the arm; each call takes one memory.
+    /// Working memories that no call is using. Several simulations may share the arm; each call uses a working memory of its own.
     idle: Mutex<Vec<Memory>>,
 }
 

@@ -421,7 +421,7 @@ fn overrides() {
     let f = set("Rover.Hardware.Wheel1.mass=3 m").err().unwrap().show(Look::Plain);
     assert!(f.contains("`3 m` is in m, but kg is expected\n  --> --set:1:28\n"), "{f}");
     let f = set("Rover.Hardware.Wheel1.Motor.rate=5Hz").err().unwrap().show(Look::Plain);
-    let wanted = "`rate` is not a parameter of `Rover.Hardware.Wheel1.Motor` (test.motor), but a field in the file that has the part";
+    let wanted = "`rate` is not a parameter of `Rover.Hardware.Wheel1.Motor` (test.motor), but a field in the file that contains the part";
     assert!(f.contains(wanted) && f.contains("parameters: resistance, gear"), "{f}");
     let f = set("seed").err().unwrap().show(Look::Plain);
     assert!(f.contains("has no `=`\n  --> --set:1:1\n"), "{f}");

@@ -50,7 +50,7 @@ impl Ticket {
         use std::io::Read;
         // Check before opening: opening a pipe would block, and a ticket must be short.
         if !path.metadata()?.is_file() {
-            return Err(std::io::Error::other("it is not a file"));
+            return Err(std::io::Error::other("it is not a regular file"));
         }
         let mut bytes = Vec::new();
         std::fs::File::open(path)?.take(1 << 16).read_to_end(&mut bytes)?;

@@ -12,9 +12,8 @@
 //! m is the effective inertia of the coordinate at the start, 1 / (M⁻¹)ᵢᵢ of the tree without loops; for a ball it is that along the direction d in
 //! which the limit is exceeded, 1 / (d* M⁻¹ d). A coordinate that meets a default stop at the speed v, driven by an acceleration a, exceeds it by at
 //! most 5 h v + 50 h² a if the inertia is m; if it is μ m, the first term is multiplied by √μ and the second by μ. With semi-implicit Euler it may be
-//! more by the motion in one step, h v. It does not return faster than it entered the stop. With contact the step is explicit in damping and requires
-//! h d / m <
-//! 2. These forces do not act on prescribed coordinates.
+//! more by the motion in one step, h v. It does not return faster than it entered the stop. With contact the step is explicit in damping, so
+//! h d / m < 2 is required. These forces do not act on prescribed coordinates.
 use crate::idle::limited;
 use crate::spec::MechanismSpec;
 use linkwork_dynamics::{Tree, Workspace, apply_inverse_mass, inverse_mass_diagonal, kinematics};

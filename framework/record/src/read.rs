@@ -300,7 +300,7 @@ pub fn walk_log<E: From<LogError>>(
     let fail = |why: String| LogError::Read { path: name.clone(), why };
     // Check before opening, because opening a pipe blocks.
     if !path.metadata().map_err(|e| fail(e.to_string()))?.is_file() {
-        return Err(fail("it is not a file".into()).into());
+        return Err(fail("it is not a regular file".into()).into());
     }
     let mut file = File::open(path).map_err(|e| fail(e.to_string()))?;
     let options = LinearReaderOptions::default()

@@ -33,7 +33,7 @@ pub fn read_recording(path: &Path) -> Result<BTreeMap<String, RecordedSeries>, V
     let fault = |e: String| VizError(format!("`{name}`: {e}"));
     // Check before opening, because opening a pipe blocks.
     if !path.metadata().map_err(|e| fault(e.to_string()))?.is_file() {
-        return Err(fault("it is not a file".into()));
+        return Err(fault("it is not a regular file".into()));
     }
     let file = BufReader::new(File::open(path).map_err(|e| fault(e.to_string()))?);
     let mut shown = BTreeMap::new();

@@ -283,7 +283,7 @@ def test_saving_goes_through_a_link_and_refuses_what_is_no_file(tmp_path):
     os.mkfifo(pipe)
     for path in (pipe, "/dev/null", tmp_path):
         before = os.stat(path).st_mode
-        with pytest.raises(lw.LinkworkError, match="it is no file"):
+        with pytest.raises(lw.LinkworkError, match="it is not a regular file"):
             sim.save(path)
         assert os.stat(path).st_mode == before
 

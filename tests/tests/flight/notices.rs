@@ -43,7 +43,7 @@ fn a_canopy_that_is_commanded_again_tells_so_once_and_stays_open() {
     let words = [
         "`Canopy`: it is commanded to open at 10.8333",
         "has been open since 0.8333",
-        "| command it once",
+        "| the command has no effect: command it once",
     ];
     has(&told(&mut sim), at, &words);
     assert!(told(&mut sim).is_empty());

@@ -98,7 +98,7 @@ fn files_and_parameters_that_do_not_fit_are_refused() {
             "model",
             "not in a unit of m^2",
         ),
-        (build(params(&both)), "forces", "body forces, and lift and drag"),
+        (build(params(&both)), "forces", "both body forces and lift and drag"),
     ] {
         assert!(e.message.contains(phrase) && e.help.is_some(), "{phrase}: {}", e.message);
         assert_eq!(e.param.as_deref(), Some(param));

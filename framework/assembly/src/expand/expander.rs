@@ -453,7 +453,7 @@ impl<'a, 'o> Expander<'a, 'o> {
                         Some(field) if ModelForm::names().contains(field) => {
                             let list = names("parameters", known.iter());
                             format!(
-                                "`{field}` is not a parameter of {what}, but a field in the file that has the part: \
+                                "`{field}` is not a parameter of {what}, but a field in the file that contains the part: \
                                  change it there, or give that file a parameter for it. {list}"
                             )
                         }

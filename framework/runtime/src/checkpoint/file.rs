@@ -132,7 +132,7 @@ pub enum CheckpointError {
 fn target(path: &Path) -> Result<PathBuf, &'static str> {
     match std::fs::canonicalize(path) {
         Ok(there) if there.is_file() => Ok(there),
-        Ok(_) => Err("it is not a file"),
+        Ok(_) => Err("it is not a regular file"),
         Err(_) if path.is_symlink() => Err("it is a link to a file that does not exist"),
         // The file or its folder does not exist; writing reports an error if necessary.
         Err(_) => Ok(path.to_owned()),
@@ -202,7 +202,7 @@ impl Checkpoint {
         let io = |source| CheckpointError::Io { path: name.clone(), source };
         // Reading a device or a pipe may never end.
         if !path.metadata().map_err(io)?.is_file() {
-            return Err(io(std::io::Error::other("it is not a file")));
+            return Err(io(std::io::Error::other("it is not a regular file")));
         }
         let bytes = std::fs::read(path).map_err(io)?;
         let format = |why| CheckpointError::Format { path: name.clone(), why };
