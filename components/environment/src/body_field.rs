@@ -57,7 +57,7 @@ pub struct HarmonicsParams {
     #[param(default = Vec::new())]
     pub third_bodies: Vec<Third>,
     /// Gravity fields of third bodies that the run comes close to, for example on a transfer from the Earth to an orbit about the Moon. Each body
-    /// rotates by the IAU; W has ICRF axes.
+    /// rotates according to the IAU model; W has ICRF axes.
     #[param(default = Vec::new())]
     pub fields: Vec<ThirdField>,
     /// Love number k₂ of the solid tide that the third bodies raise on the planet: the Earth 0.3, Mars 0.17; 0: no tide.
@@ -81,7 +81,7 @@ pub enum FieldFormat {
 /// Axes in which coefficients are given.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FieldAxes {
-    /// Axes of the body's rotation; mean-Earth axes for the Moon by the IAU.
+    /// Axes of the body's rotation; mean-Earth axes for the Moon, according to the IAU model.
     Rotation,
     /// The Moon's principal axes of inertia.
     Principal,

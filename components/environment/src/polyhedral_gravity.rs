@@ -70,7 +70,7 @@ impl PolyhedralParams {
             };
         }
         if world.planet.site.is_some() {
-            let fact = "third bodies by an ephemeris need W in ICRF axes, but the site of this body has its own pole";
+            let fact = "third bodies from an ephemeris need W in ICRF axes, but the site of this body has its own pole";
             return told(
                 fact.into(),
                 "remove `site` from `world`, or remove `third_bodies`",

@@ -1,9 +1,9 @@
 //! Third-body gravity, and the heliocentric orbit of a small body that is not in the ephemerides.
 //! ```text
-//! third body:  a = −μ₃/|r − s|³ (r + f s)                  Battin: what it does to the craft minus what it does to the planet
-//!              + R₃ (∇V₃(R₃ᵀ d) + μ₃ d/|d|³),  d = r − s   with a field of its own, whose axes R₃ turn by the IAU
-//! s            from the planet by an ephemeris, turned by R_WI in a site;
-//!              from a small body on an `orbit` about the Sun: what the ephemeris has from the Sun, less where the body is
+//! third body:  a = −μ₃/|r − s|³ (r + f s)                  Battin: acceleration of the spacecraft minus acceleration of the planet
+//!              + R₃ (∇V₃(R₃ᵀ d) + μ₃ d/|d|³),  d = r − s   with its own field, whose axes R₃ rotate according to the IAU model
+//! s            relative to the planet, from an ephemeris, rotated by R_WI in a site;
+//!              relative to a small body on an `orbit` about the Sun: its position relative to the Sun minus the position of the small body
 //! ```
 
 use crate::body_field::BodyField;

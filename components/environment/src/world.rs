@@ -16,7 +16,7 @@
 //! With `turning: false` the site is level ground: centrifugal and Coriolis accelerations are left out, and only the directions of the Sun
 //! and the stars rotate.
 //!
-//! Gravity parameters: the Earth with its air by the IERS Conventions (2010), Mars and the Moon by JPL.
+//! Gravity parameters: the Earth with its air from the IERS Conventions (2010), Mars and the Moon from JPL.
 
 mod body;
 mod ephemerides;

@@ -142,8 +142,9 @@ fn double_pendulum_of_rigid_bodies() {
 
 #[test]
 fn a_free_symmetric_top_precesses_about_its_angular_momentum() {
-    // Moments J, J, J3 about the axis e. L is the angular momentum in the world; ω = L/J + (1 − J3/J) ω3 e: R(t) = turn(L, |L| t/J) R(0) turn(e, κ
-    // t),   κ = (1 − J3/J) ω3
+    // The moments of inertia are J3 about the symmetry axis e, and J about the axes across it. L is the angular momentum in the world.
+    //   ω = L/J + (1 − J3/J) ω3 e
+    //   R(t) = turn(L, |L| t/J) R(0) turn(e, κ t),   κ = (1 − J3/J) ω3
     //   ω(t) = turn(e, −κ t) ω(0)                    in the body: ω3 stays
     let (J, J3, time) = (0.8, 0.3, 3.0);
     let mut r = Rng(5);

@@ -39,7 +39,7 @@ fn a_load_is_the_sum_over_the_bodies_outboard() {
         let mut loads = HingeLoads::new(&tree);
         loads.begin(&ws);
         loads.find(&tree, &mut ws, &vdot);
-        // Hinge efforts must invert forward dynamics. Measured: at most 1e-12.
+        // The hinge efforts must equal the efforts of forward dynamics. Measured: at most 1e-12.
         close(loads.efforts(), &tau, 1e-11, &format!("seed {seed}, efforts"));
         for (b, a) in mbs.body_ids().zip(&before) {
             assert_eq!(ws.body_acceleration(&tree, b), *a, "seed {seed}: a trace is left");

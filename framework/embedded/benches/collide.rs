@@ -1,5 +1,5 @@
-//! Collision queries: COL-1 and COL-2 of the definitions beside the reference data, with every answer checked, in turns with
-//! coal where `LINKWORK_ROBOT_QUERIES` names the peer's program. A call is poses from q and the answer.
+//! Collision queries: COL-1 and COL-2 (defined in the reference data), with every result checked. If `LINKWORK_ROBOT_QUERIES` names
+//! the peer's program, Linkwork and coal run alternately. A call computes the poses for q and the result.
 //!
 //!     cargo bench -p linkwork-embedded --bench collide [-- COL-1 COL-2 seen]
 #![allow(non_snake_case, clippy::unwrap_used)]
@@ -14,7 +14,7 @@ use serde_json::Value;
 use std::hint::black_box;
 use support::*;
 
-/// A call without a peer.
+/// Measures a call without a peer.
 fn timed(name: &str, qs: &[Vec<f64>], mut call: impl FnMut(&[f64])) {
     let rounds: Vec<f64> = (0..ROUNDS).map(|_| us(qs, &mut call)).collect();
     row(name, &rounds, &[], "");
@@ -65,15 +65,15 @@ fn bench(name: &str, robot: &mut Robot, qs: &[Vec<f64>], expected: &[bool], hand
         together.push(all / qs.len() as f64);
     }
     assert_eq!(out, ours);
-    row(&format!("{name} yes or no, in two threads; in one"), &together, &one_by_one, "");
+    row(&format!("{name} collision check, in two threads; in one"), &together, &one_by_one, "");
     let asked = ["at most 0.4", "", "at most 0.4", ""];
-    let names = ["yes or no", "all pairs, yes or no", "all distances", "least distance"];
+    let names = ["collision check", "all colliding pairs", "all distances", "least distance"];
     for ((side, what), target) in sides.iter().zip(names).zip(asked) {
         row(&format!("{name} {what}"), &side.0, &side.1, target);
     }
 }
 
-/// The arm among what sensors see: a cloud of 20 000 balls, or 20 000 of 320 000 cells, on a shell about it and a wall beside it.
+/// Measures the arm among sensor data: a cloud of 20 000 balls, or 20 000 of 320 000 cells, on a shell about it and a wall beside it.
 fn seen(json: &Value, qs: &[Vec<f64>]) {
     let mut rng = Rng(1);
     let n = [100, 100, 32];
@@ -115,7 +115,7 @@ fn seen(json: &Value, qs: &[Vec<f64>]) {
         });
         let hit = qs.iter().filter(|q| robot.collides(q).unwrap()).count();
         println!("{name}: {hit} of {} hit", qs.len());
-        timed(&format!("{name} yes or no"), qs, |q| {
+        timed(&format!("{name} collision check"), qs, |q| {
             let _ = black_box(robot.collides(q));
         });
         timed(&format!("{name} least distance"), &qs[..500], |q| {

@@ -1,6 +1,6 @@
-//! What hands hold: taken and let go with filters, forces of a motion with a load, a load shared by two arms; in turns with
-//! Pinocchio where `LINKWORK_ROBOT_QUERIES` names the peer's program, which appends the load to a copy of its model.
-//! A call begins with a configuration: its kinematics count.
+//! Grasped loads: grasp and release with collision filters, forces of a motion with a load, a load shared by two arms. If
+//! `LINKWORK_ROBOT_QUERIES` names the peer's program, Linkwork and Pinocchio run alternately; the peer appends the load to a copy of its model.
+//! A call begins with a configuration, so the time of its kinematics is included.
 //!
 //!     cargo bench -p linkwork-embedded --bench hold
 #![allow(non_snake_case, clippy::unwrap_used)]

@@ -1,6 +1,6 @@
-//! Inverse kinematics: IK-1, IK-near and targets out of reach, of the definitions beside the reference data; the
-//! same rows go to a peer's program when `LINKWORK_CLIK` names it (built from the reference's `clik.cpp`), block after block in
-//! turns: the ratio told is the median of the blocks'. Ours is time on the wall, the peer's is time of its thread.
+//! Inverse kinematics: IK-1, IK-near and targets out of reach, as the reference data define them. If `LINKWORK_CLIK` names a peer's
+//! program (built from `clik.cpp` of the reference data), both programs run alternately on the same blocks of targets, and the
+//! printed ratio is the median over the blocks. Linkwork measures wall-clock time, the peer the time of its thread.
 //!
 //!     cargo bench -p linkwork-embedded --bench reach [-- rows]
 #![allow(non_snake_case, clippy::unwrap_used)]
@@ -12,7 +12,7 @@ use linkwork_embedded::*;
 use std::fmt::Write;
 use support::*;
 
-/// Microseconds on the wall.
+/// Returns the result and the wall-clock time in microseconds.
 #[allow(clippy::disallowed_methods)]
 fn timed<R>(f: impl FnOnce() -> R) -> (R, f64) {
     let from = std::time::Instant::now();
@@ -20,7 +20,7 @@ fn timed<R>(f: impl FnOnce() -> R) -> (R, f64) {
     (r, from.elapsed().as_secs_f64() * 1e6)
 }
 
-/// Rows that one side does before it is the other's turn.
+/// Targets of a block; the two programs alternate after each block.
 const BLOCK: usize = 1000;
 
 #[derive(Default)]
@@ -51,21 +51,21 @@ impl Tally {
     }
 }
 
-/// Median and p99 of some of the times, µs.
+/// Returns the median and the 99th percentile of the times, µs.
 fn quantiles(us: &[f64]) -> [f64; 2] {
     let mut us = us.to_vec();
     us.sort_by(f64::total_cmp);
     [us[us.len() / 2], us[us.len() * 99 / 100]]
 }
 
-/// What the peer said of a block.
+/// Results of the peer for a block.
 struct Block {
     success: f64,
     kinematics: f64,
     quantiles: [f64; 2],
 }
 
-/// The peer's program with rows of its own: target, start, pose.
+/// Runs the peer's program on rows of target, start and pose.
 fn peer(set: &str, rows: &[String], effort: &Effort) -> Option<Block> {
     let program = std::env::var("LINKWORK_CLIK").ok()?;
     let folder = std::path::Path::new(&program).parent().unwrap();
@@ -147,7 +147,7 @@ fn text(numbers: &[f64]) -> String {
     text + "\n"
 }
 
-/// What the peer took, and the ratios of the blocks.
+/// Prints the times of the peer and the ratios of the blocks.
 fn tell(ours: &[f64; 2], peers: &[Block], blocks: &[[f64; 2]]) {
     if peers.is_empty() {
         return;
@@ -173,7 +173,7 @@ fn tell(ours: &[f64; 2], peers: &[Block], blocks: &[[f64; 2]]) {
     );
 }
 
-/// All solutions of the same targets; the first is the one nearest to the start.
+/// Measures the closed form, which returns all solutions of the same targets; the first is nearest to the start.
 fn closed(model: &std::sync::Arc<RobotModel>, cases: &[(Vec<f64>, Vec<f64>)], what: &str) {
     let arm = model.part("arm").unwrap();
     let form = model.closed_form(arm, None).unwrap();

@@ -159,7 +159,9 @@ fn single_pairs_have_the_distances_of_the_reference() {
         }
         count += 1;
     }
-    println!("{count} distances within {worst:.1e} m, {skipped} yes or no alone");
+    println!(
+        "{count} distances within {worst:.1e} m, {skipped} collision checks without a distance"
+    );
     assert!(worst < 2e-6 && count + skipped == 168, "{worst} {count} {skipped}");
 }
 

@@ -135,7 +135,7 @@ pub unsafe extern "C" fn lw_priorities_level(
             finite("A", A)?;
             finite("b", b)?;
             let help = "start a new problem with bounds that do not contradict each other";
-            let none = RobotError::Singular { what: "a level within its bounds", help };
+            let none = RobotError::Singular { what: "the level within the bounds", help };
             let met = p.solver.level(A, b).map_err(|_| none)?;
             if let Some(residual) = residual {
                 residual.set(met.residual);

@@ -19,7 +19,7 @@ use std::sync::Arc;
 
 const MODEL: (&str, &str) = (
     "fmi.co_simulation",
-    "A foreign unit of FMI 2.0 or 3.0 with its own solver; its rate is the communication step.",
+    "A unit of FMI 2.0 or 3.0 with its own solver; its rate is the communication step.",
 );
 
 /// `fmi.co_simulation`.

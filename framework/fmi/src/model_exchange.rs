@@ -25,7 +25,7 @@ use std::sync::Arc;
 
 const MODEL: (&str, &str) = (
     "fmi.model_exchange",
-    "A foreign unit of FMI 2.0 or 3.0 as equations, whose states the simulation integrates.",
+    "A unit of FMI 2.0 or 3.0 as equations, whose states the simulation integrates.",
 );
 
 /// `fmi.model_exchange`.

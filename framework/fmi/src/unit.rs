@@ -145,7 +145,7 @@ pub(crate) fn savable(version: FmiVersion, interface: &Interface) -> Result<(), 
     };
     let state = if version == FmiVersion::V2 { "state" } else { "State" };
     Err(format!(
-        "the foreign unit `{}` cannot save its state (it lacks `{lacks}{state}`)",
+        "the FMI unit `{}` cannot save its state (it lacks `{lacks}{state}`)",
         interface.identifier
     ))
 }

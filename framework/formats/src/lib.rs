@@ -9,7 +9,7 @@
 //!    rejected, or ignored with a warning; a name without an entry is reported as not part of the format.
 //! 4. `mesh`: corners of STL, OBJ, COLLADA and glTF files.
 //!
-//! `srdf` reads names for groups of links from files of motion planners. `fmi` reads descriptions of foreign units (FMI 2.0 and 3.0), `daveml` static
+//! `srdf` reads names for groups of links from files of motion planners. `fmi` reads descriptions of FMI units (FMI 2.0 and 3.0), `daveml` static
 //! models of aircraft and entry vehicles (DAVE-ML 2.0), and [`heights`] ground from elevation models and images. [`escaped`] makes text safe for XML
 //! and HTML.
 //!

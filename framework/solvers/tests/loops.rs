@@ -11,7 +11,7 @@ use linkwork_dynamics::units::{RowSet, Units, UnitsWork};
 use linkwork_dynamics::{Tree, Workspace, inverse_dynamics, kinematics};
 use linkwork_solvers::{ConstrainedSolver, ConstraintMethod, Projector, Report};
 
-/// Accelerations, prescribed forces, and the report.
+/// Solves forward dynamics; returns the accelerations, the forces (computed at prescribed coordinates), the solver and its report.
 fn solve(
     c: &Case,
     constraint_method: impl Fn(ConstraintId) -> ConstraintMethod,

@@ -100,7 +100,7 @@ fn windows_have_exactly_the_rows_of_the_full_log() {
         lab.linkwork(&same).code(0);
         lab.linkwork(&["diff", "all/run.mcap", &format!("{out}/run.mcap")]).code(1);
     }
-    // A condition that is true at the start is an event there, and the end of the run cuts its window.
+    // A condition that is true at the start counts as an event at the start. The last window ends with the run.
     let edges = r#"[(channels: ["Ball.height"], around: (when: "time < 0.5 s or time > 1.99 s", before: "5 ms", after: "50 ms"))]"#;
     let edges = run(&lab, "edges", &ball(edges), &[]);
     let inside = |k: usize, _: f64| k <= 50 || k >= 1986;

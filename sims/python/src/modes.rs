@@ -77,7 +77,7 @@ impl Modes {
     /// Raises
     /// ------
     /// LinkworkError
-    ///     If no beam can have these dimensions, or the number of modes exceeds the accuracy of the method.
+    ///     If no beam can have these dimensions, or more modes are requested than the method computes accurately.
     ///
     /// Examples
     /// --------
@@ -137,7 +137,7 @@ impl Modes {
     /// Raises
     /// ------
     /// LinkworkError
-    ///     If no plate can have these dimensions, a point is outside the plate, or the number of modes exceeds the accuracy of the method.
+    ///     If no plate can have these dimensions, a point is outside the plate, or more modes are requested than the method computes accurately.
     ///
     /// Examples
     /// --------

@@ -1,4 +1,4 @@
-"""Foreign units: FMPy validates and runs units exported by Linkwork, and Linkwork runs units from Python."""
+"""FMI units: FMPy validates and runs units exported by Linkwork, and Linkwork runs units from Python."""
 
 import math
 import subprocess

@@ -1,8 +1,8 @@
-"""What calls from Python cost: Linkwork beside Pinocchio (`pin`) and MuJoCo, in one process and in turns. Results are compared first.
+"""Time of calls from Python: Linkwork compared with Pinocchio (`pin`) and MuJoCo, alternately in one process. Results are compared first.
 
     python tests/benches/peers/python_calls.py          # with linkwork, pin and mujoco installed: tests/benches/robots does it
 
-Rows are medians of the rounds of each side, and of the rounds' ratios (ours / theirs), since the speed of a machine varies.
+Rows are medians over the rounds for each program, and of the ratios of the rounds (Linkwork / peer), because the speed of a machine varies.
 """
 
 import statistics
@@ -21,7 +21,7 @@ ROUNDS = 15
 
 
 def spent(call, calls):
-    """Microseconds a call."""
+    """Return the microseconds per call."""
     start = time.perf_counter()
     for _ in range(calls):
         call()
@@ -29,7 +29,7 @@ def spent(call, calls):
 
 
 def row(name, ours, theirs, target, calls=2000, rounds=ROUNDS, per=1):
-    """Both in turns; µs for each of `per` things that a call does."""
+    """Measure both alternately, and print the µs for each of the `per` operations of a call."""
     ours(), theirs()
     pairs = [(spent(ours, calls) / per, spent(theirs, calls) / per) for _ in range(rounds)]
     a, b = (statistics.median(p[k] for p in pairs) for k in (0, 1))

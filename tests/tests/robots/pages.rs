@@ -57,8 +57,8 @@ fn drill_says_what_it_does() {
 fn hang_up_phone_says_what_it_does() {
     let of = [
         ("largest force on the handset", "touches down with # N"),
-        ("force on the handset at the end", "with its weight, # N"),
-        ("height of the handset at the end", "its middle # mm high"),
+        ("force on the handset at the end", "equals its weight, # N"),
+        ("height of the handset at the end", "its centre is # mm high"),
     ];
     says("hang_up_phone", &[], &of);
 }
@@ -93,8 +93,8 @@ fn dual_arm_carry_says_what_it_does() {
         ("largest squeeze", "squeeze with at most # N"),
         ("friction that the palms need", "that they need a friction of #,"),
         ("largest share of what a joint can do", "it reaches # of its effort limit"),
-        ("force on the beam at the end", "with its weight, # N"),
-        ("height of the beam at the end", "its middle # mm high"),
+        ("force on the beam at the end", "equals its weight, # N"),
+        ("height of the beam at the end", "its centre is # mm high"),
     ];
     says("dual_arm_carry", &[], &of);
 }

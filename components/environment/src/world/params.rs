@@ -150,13 +150,13 @@ impl WorldParams {
         self.turns.unwrap_or(otherwise)
     }
 
-    /// Checks that directions by an ephemeris are defined: a site needs the pole of the IAU, but `fixed` and `still` define another pole.
+    /// Checks that directions from an ephemeris are defined: a site needs the pole of the IAU, but `fixed` and `still` define another pole.
     pub(crate) fn among_the_stars(&self, what: &str) -> Result<(), BuildError> {
         if self.site.is_none() || self.turning() == Turning::Iau {
             return Ok(());
         }
         let fact = format!(
-            "{what} by an ephemeris needs the inertial direction of the planet's pole, which the `site` of `world` does not define"
+            "{what} from an ephemeris needs the inertial direction of the planet's pole, which the `site` of `world` does not define"
         );
         let help =
             "write `turns: iau` in `world`; a Sun without an ephemeris is `environment.fixed_sun`";

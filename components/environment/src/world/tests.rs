@@ -226,7 +226,7 @@ fn another_body_has_all_of_its_numbers_written() {
 }
 
 /// 160 km over the north pole of the ICRF at the Moon in the total eclipse of 14 March 2025: 0.29 of the Sun is visible at 6:00 UTC
-/// (tudat's issue 655, by JPL's ephemeris), and it is hidden an hour later.
+/// (tudat's issue 655, from JPL's ephemeris), and it is hidden an hour later.
 #[test]
 fn the_earth_hides_the_sun_from_the_moon() {
     let moon = |shadows| WorldParams {

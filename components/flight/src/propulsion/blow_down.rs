@@ -2,7 +2,7 @@
 //! ```text
 //! V = V₀ + (U₀ − U)            gas over the propellant; U: volume of the propellant, U₀ at the start
 //! p = p₀ (V₀/V)^γ
-//! throttle = (p/p₀)^n          what it does to engines: thrust over that at the start
+//! throttle = (p/p₀)^n          effect on engines: thrust relative to the thrust at the start
 //! ```
 //! γ 1: slow, the walls keep the gas warm; 1.4 (nitrogen), 1.67 (helium): fast. The volume of the propellant comes from the
 //! `flight.propellant_tank` that the gas empties, also at the start of the run or of the phase that adds this part: `pressure` and `ullage` are the

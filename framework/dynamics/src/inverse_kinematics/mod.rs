@@ -218,7 +218,7 @@ impl InverseKinematics {
         self.closed.reserve(targets + self.own.rows);
         self.targets.reserve(targets);
         self.asked.reserve(targets + self.own.loops.len());
-        // Keep the search in progress valid.
+        // Restore the sizes of the search in progress.
         self.shift.resize(self.rows, 0.0);
         self.room_again();
     }

@@ -1,7 +1,7 @@
-//! The peer of collisions and of what is held: `tests/benches/peers/robot_queries.cpp`, with Pinocchio and coal.
+//! The peer for collisions and grasped loads: `tests/benches/peers/robot_queries.cpp`, with Pinocchio and coal.
 //!
-//! Each round our calls run, then the peer's program; a row is the median of each side's rounds and of the rounds' ratios, since
-//! the speed of a machine varies from minute to minute.
+//! In each round Linkwork runs first, then the peer's program. A row has the medians of both over the rounds, and the median of the
+//! ratios of the rounds, because the speed of a machine varies from minute to minute.
 
 use linkwork_embedded::multibody::SubhingeKind;
 use linkwork_embedded::spatial::{Pose, RigidInertia};
@@ -11,11 +11,11 @@ use std::fmt::Write;
 use std::hint::black_box;
 use std::path::PathBuf;
 
-/// Rounds of both sides.
+/// Number of rounds of both programs.
 pub const ROUNDS: usize = 5;
 
-/// Microseconds a call: the median of pieces of ten calls, so that what another program takes of the processor does not count. All
-/// configurations, again until there are a hundred pieces; the peer does the same.
+/// Returns the microseconds per call: the median over pieces of ten calls, so that interruptions by other programs have no effect.
+/// All configurations are repeated until there are a hundred pieces; the peer does the same.
 #[allow(clippy::disallowed_methods)]
 pub fn us(qs: &[Vec<f64>], mut call: impl FnMut(&[f64])) -> f64 {
     let mut pieces = Vec::new();
@@ -34,21 +34,21 @@ pub fn median(mut x: Vec<f64>) -> f64 {
     x[x.len() / 2]
 }
 
-/// The peer with a scene of its own in a file.
+/// The peer, with its scene in a file.
 pub struct Peer {
     program: PathBuf,
     scene: PathBuf,
 }
 
-/// What the peer answers: numbers by name, and yes or no for each configuration.
+/// Results of the peer: times by name, and whether each configuration collides.
 pub struct Told {
     pub us: BTreeMap<String, f64>,
     pub hits: Vec<bool>,
 }
 
 impl Peer {
-    /// The peer with the robot, its shapes and pairs, these configurations, and a load at a body; none when `LINKWORK_ROBOT_QUERIES`
-    /// does not name it.
+    /// Creates the peer with the robot, its shapes and pairs, the configurations, and a load on a body; `None` if
+    /// `LINKWORK_ROBOT_QUERIES` does not name its program.
     pub fn new(robot: &Robot, qs: &[Vec<f64>], load: (&str, &RigidInertia)) -> Option<Self> {
         let Some(program) = std::env::var_os("LINKWORK_ROBOT_QUERIES") else {
             println!(
@@ -85,7 +85,7 @@ impl Drop for Peer {
     }
 }
 
-/// Prints a row: medians of both sides and of the ratios of the rounds, beside what is asked for.
+/// Prints a row: the medians of both programs and of the ratios of the rounds, and the target.
 pub fn row(name: &str, ours: &[f64], theirs: &[f64], target: &str) {
     let own = median(ours.to_vec());
     if theirs.is_empty() {
@@ -97,7 +97,7 @@ pub fn row(name: &str, ours: &[f64], theirs: &[f64], target: &str) {
     }
 }
 
-/// The scene in the words of the peer.
+/// Returns the scene in the format of the peer.
 fn text(robot: &Robot, qs: &[Vec<f64>], (hand, load): (&str, &RigidInertia)) -> String {
     let model: &RobotModel = robot.model();
     let mbs = model.multibody();

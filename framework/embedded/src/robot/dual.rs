@@ -138,7 +138,7 @@ impl Robot {
         let length = line.norm();
         if !(length > 1e-9) {
             let help = "both tips are at the same point, so there is no line along which to press";
-            return Err(RobotError::Singular { what: "a squeeze", help });
+            return Err(RobotError::Singular { what: "the squeeze", help });
         }
         let F = line * (force / length);
         let wrenches = [Force::new(Vec3::zeros(), F), Force::new(Vec3::zeros(), -F)];

@@ -100,7 +100,7 @@ impl RateControl {
         self.guard(robot, guards)?;
         let (mut level, mut count) = (Robot::next_level(objectives, None), 0);
         let help = "guards of chains contradict each other: lower the required manipulability, or use a longer horizon";
-        let failed = RobotError::Singular { what: "rates within all guards", help };
+        let failed = RobotError::Singular { what: "the problem of rates within all guards", help };
         if level.is_none() {
             self.problem.level(&[], &[]).map_err(|_| failed)?;
         }

@@ -136,7 +136,7 @@ impl WholeBody {
         self.problem.begin();
         self.bounds(touches, effort);
         let help = "give finite limits, and contacts at different points";
-        let failed = RobotError::Singular { what: "whole-body forces", help };
+        let failed = RobotError::Singular { what: "the problem of whole-body forces", help };
         // Level 1 sets the forces of degrees of freedom without an actuator to zero.
         let mut rows = 0;
         for j in (0..nv).filter(|j| effort[*j] == 0.0) {

@@ -1,4 +1,4 @@
-//! The description of a foreign unit: `modelDescription.xml` of FMI 2.0 and 3.0 → one neutral
+//! The description of an FMI unit: `modelDescription.xml` of FMI 2.0 and 3.0 → one neutral
 //! [`ModelDescription`] for both.
 //!
 //! Terms that differ between the versions have one name here: a guid and an instantiation token are the [`token`](ModelDescription::token); indices
@@ -200,7 +200,7 @@ pub struct OutputStructure {
     pub dependencies: Option<Vec<usize>>,
 }
 
-/// The description of a foreign unit.
+/// The description of an FMI unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelDescription {
     /// Version of the standard.

@@ -2,12 +2,12 @@
 #![allow(dead_code)] // Each test uses only some of these functions.
 use linkwork_formats::heights::{Heights, HeightsError, HeightsOptions, read_heights};
 
-/// Reads bytes that have no file beside them.
+/// Reads a file without a companion file.
 pub fn alone(name: &str, bytes: &[u8]) -> Result<Heights, HeightsError> {
     read_heights(name, bytes, &HeightsOptions::default(), &mut |_| Err("there is none".into()))
 }
 
-/// Reads bytes whose other file, whatever its name is, is `beside`.
+/// Reads a file whose companion file (world file or label, of any name) has the contents `beside`.
 pub fn read(name: &str, bytes: &[u8], beside: &[u8]) -> Result<Heights, HeightsError> {
     read_heights(name, bytes, &HeightsOptions::default(), &mut |_| Ok(beside.to_vec()))
 }

@@ -1,4 +1,4 @@
-//! Blocks: operations on flat arrays that the scheduler calls, including their wiring. Models, the mechanism, contact and foreign units are all
+//! Blocks: operations on flat arrays that the scheduler calls, including their wiring. Models, the mechanism, contact and FMI units are all
 //! blocks; the scheduler handles no other kind.
 use crate::author::account::OwnAccounts;
 use crate::author::error::BuildError;

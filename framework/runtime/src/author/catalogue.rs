@@ -18,7 +18,7 @@ type MakeService = fn(&Located, &Files, &mut ReadCx<'_>) -> Option<ServiceObject
 
 type Describe = fn(&Located, &Files) -> Option<Description>;
 
-/// A part that is created from a file and parameters: a foreign unit. The file defines its ports and states.
+/// A part that is created from a file and parameters: an FMI unit. The file defines its ports and states.
 pub trait Foreign: 'static {
     /// Name in the catalogue.
     const NAME: &'static str;

@@ -66,7 +66,7 @@ pub enum Start {
         /// Velocity over the ground (m/s): east, north, up.
         velocity: Vec3,
     },
-    /// State of an Earth satellite by SGP4 at the epoch of the world.
+    /// State of an Earth satellite at the epoch of the world, from SGP4.
     TwoLine {
         /// The lines themselves, or the file that contains them.
         from: TwoLineSource,

@@ -197,7 +197,7 @@ impl Simulation {
         }
         let from = self.state.tick;
         let mut stop = self.go_to_stop(plan)?;
-        // Continue between rows, or while events of this row remain, but not beyond a row whose last event has fired.
+        // Fire the events before the next row and at it. Stop at that row when none of its events is pending.
         loop {
             if matches!(stop, Stop::Watched(_) | Stop::Interrupted) {
                 return Ok(stop);

@@ -12,7 +12,7 @@ use linkwork_spatial::Vec3;
 
 impl Simulation {
     /// Returns the reports since the last call: a parachute that is commanded twice, air that is evaluated beyond its table.
-    /// At most 256 are kept; a run that is restored, or a fork, reports again.
+    /// At most 256 are kept. A fork, and a run that is restored from a checkpoint, may repeat reports that were already made.
     pub fn take_notices(&mut self) -> Vec<Notice> {
         std::mem::take(&mut self.notices.kept)
     }

@@ -6,7 +6,7 @@
 //! R_PI = R₃(w) R₁(δ) R₃(φ)                         (turns of axes; R_IP is its transpose)
 //! ω = φ̇ ẑ_I + δ̇ n̂ + ẇ ẑ_P,   n̂ = (cos φ, sin φ, 0)
 //! ```
-//! NAIF, *PCK Required Reading*. The body is a class number of axes: 31008 for the principal axes of the Moon by DE440.
+//! NAIF, *PCK Required Reading*. The body is a class number of axes: 31008 for the principal axes of the Moon in DE440.
 use super::{Spin, about_x, about_z};
 use crate::daf::{Chebyshev, Daf, Kind, Rates, Summary, wrong};
 use crate::ephemeris::date;

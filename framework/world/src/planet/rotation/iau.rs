@@ -1,4 +1,4 @@
-//! Pole and prime meridian by the IAU Working Group on Cartographic Coordinates and Rotational Elements.
+//! Pole and prime meridian from the IAU Working Group on Cartographic Coordinates and Rotational Elements.
 //!
 //! ```text
 //! R_PI = R₃(W) R₁(90° − δ) R₃(90° + α)          (turns of axes; R_IP is its transpose)
