@@ -562,6 +562,8 @@ def devices(m, data, answer, tolerance):
     bound = lambda x, pair: x if pair is None else min(max(x, pair[0]), pair[1])
     for i in range(m.nu):
         name = m.actuator(i).name
+        if not name:
+            continue
         if name not in found:
             if any("does not carry the body of" in line and f"`{name}`" in line for line in answer["ignored"]):
                 continue
@@ -596,6 +598,8 @@ def devices(m, data, answer, tolerance):
             return f"actuator force: {name} {own} {theirs}"
     for i in range(m.ntendon):
         name = m.tendon(i).name
+        if not name:
+            continue
         t = found[name]["Tendon"]
         l, v = length(t["length"], i)
         if differs([l, v], [data.ten_length[i], data.ten_velocity[i]], tolerance):
