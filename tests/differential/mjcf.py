@@ -246,7 +246,9 @@ class Maker:
             out += f"<geom{self.geom_attributes()}{self.orientation()}/>"
         if self.r.random() < 0.3:
             out += f"<tendon{self.tendon_attributes()}/>"
-        if self.r.random() < 0.4:
+        # In MuJoCo, a class shares its actuator with the class of which it is a copy: a later section of one changes the other, too.
+        first = depth > 0 or len(self.classes) == 1
+        if first and self.r.random() < 0.4:
             kind = self.r.choice(["motor", "position", "velocity", "general", "intvelocity", "cylinder"])
             out += f"<{kind}{self.actuator_attributes(kind)}/>"
         if depth < 2:
@@ -568,10 +570,15 @@ def devices(m, data, answer, tolerance):
             if any("does not carry the body of" in line and f"`{name}`" in line for line in answer["ignored"]):
                 continue
             return f"actuator missing: {name}"
-        a = found[name]["Actuator"]
-        # The damping ratio of a negative stiffness is not a number in MuJoCo; Linkwork ignores it with a warning.
-        if np.isnan(m.actuator_biasprm[i]).any() and any("the stiffness is negative" in line for line in answer["ignored"]):
+        # The damping ratio of a negative stiffness is not a number in MuJoCo, and that of a length that no joint changes is round-off; Linkwork
+        # ignores both with a warning.
+        moment = data.actuator_moment[data.moment_rowadr[i] :][: data.moment_rownnz[i]]
+        warns = lambda text: any(text in line for line in answer["ignored"])
+        if np.isnan(m.actuator_biasprm[i]).any() and warns("the stiffness is negative"):
             continue
+        if np.abs(moment).max(initial=0.0) < 1e-12 and warns("no joint changes the length"):
+            continue
+        a = found[name]["Actuator"]
         l, v = length(a["length"], m.actuator_trnid[i, 0], m.actuator_trnid[i])
         if differs([l, v], [data.actuator_length[i], data.actuator_velocity[i]], tolerance):
             return f"actuator length: {name} {l} {v} {data.actuator_length[i]} {data.actuator_velocity[i]}"

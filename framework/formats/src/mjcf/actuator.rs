@@ -281,7 +281,7 @@ impl<'e> Mj<'e> {
                     bias[2] = 0.0;
                 }
                 None => {
-                    let note = "attribute dampratio: the mass matrix cannot be inverted";
+                    let note = "attribute dampratio: the mass matrix cannot be inverted, or no joint changes the length";
                     cx.ignored.push(e.ignored(what, note));
                     bias[2] = 0.0;
                 }
