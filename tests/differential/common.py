@@ -17,6 +17,7 @@ ROOT = HERE.parent.parent
 # Comparisons other than of robot files, and their modules.
 OTHERS = {name: "world" for name in ["gravity", "kernel", "earth", "air", "magnetic", "elements"]}
 OTHERS |= {name: "maps" for name in ["meshes", "maps"]}
+OTHERS |= {"fmi": "fmi"}
 
 
 def program(name, package):
