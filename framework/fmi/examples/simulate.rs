@@ -55,11 +55,9 @@ pub struct Truth {
 }
 
 impl Script {
+    /// Returns the row that holds. An event is located to within 1 ps, so a row may begin a little later than its event.
     fn begun(&self, t: f64) -> Row {
-        Row { begun: self.rows.partition_point(|r| r[0] <= t) as f64 }
-    }
-    fn after(&self, row: &Row) -> Row {
-        Row { begun: (row.begun + 1.0).min(self.rows.len() as f64) }
+        Row { begun: self.rows.partition_point(|r| r[0] <= t + 1e-9) as f64 }
     }
     fn next(&self, t: f64, row: &Row) -> Next {
         Next { since: self.rows.get(row.begun as usize).map_or(-1.0, |r| t - r[0]) }
@@ -98,8 +96,8 @@ impl Model for Numbers {
     fn guards(&self, clock: &Clock, d: &Row) -> Next {
         self.p.next(clock.t, d)
     }
-    fn handle_event(&self, d: &Row) -> ((), Row) {
-        ((), self.p.after(d))
+    fn handle_event(&self, clock: &Clock) -> ((), Row) {
+        ((), self.p.begun(clock.t))
     }
 }
 
@@ -125,8 +123,8 @@ impl Model for Truths {
     fn guards(&self, clock: &Clock, d: &Row) -> Next {
         self.p.next(clock.t, d)
     }
-    fn handle_event(&self, d: &Row) -> ((), Row) {
-        ((), self.p.after(d))
+    fn handle_event(&self, clock: &Clock) -> ((), Row) {
+        ((), self.p.begun(clock.t))
     }
 }
 
