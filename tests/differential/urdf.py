@@ -115,6 +115,9 @@ def against(m, file, packages=()):
         if "missing" in state:
             return f"state: {state['missing']}"
         for name, X in poses.items():
+            # A root link `world` without mass is the world itself.
+            if name == "world":
+                continue
             p = state["poses"].get(name)
             if p is None:
                 return f"link missing: {name}"
