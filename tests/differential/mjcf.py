@@ -378,13 +378,13 @@ def elsewhere(m, answer):
 
 
 def equalities(m, data):
-    """Error and derivatives of each equality of joints, from the rows of MuJoCo's constraints."""
+    """Error and derivatives of each equality of joints or tendons, from the rows of MuJoCo's constraints."""
     out = {}
     for row in range(data.nefc):
         if data.efc_type[row] != int(mujoco.mjtConstraint.mjCNSTR_EQUALITY):
             continue
         i = int(data.efc_id[row])
-        if m.eq_type[i] == int(mujoco.mjtEq.mjEQ_JOINT):
+        if m.eq_type[i] in (int(mujoco.mjtEq.mjEQ_JOINT), int(mujoco.mjtEq.mjEQ_TENDON)):
             J = np.ravel(data.efc_J)[row * m.nv : (row + 1) * m.nv]
             scalar = [k for k in range(m.njnt) if m.jnt_type[k] >= 2]
             out[m.eq(i).name] = (data.efc_pos[row], {m.joint(k).name: J[m.jnt_dofadr[k]] for k in scalar})
@@ -582,7 +582,7 @@ def devices(m, data, answer, tolerance):
         if not name:
             continue
         if name not in found:
-            if any("does not carry the body of" in line and f"`{name}`" in line for line in answer["ignored"]):
+            if any(f"`{name}`" in line or f"[{name}]" in line for line in answer["ignored"]):
                 continue
             return f"actuator missing: {name}"
         # The damping ratio of a negative stiffness is not a number in MuJoCo, and that of a length that no joint changes is round-off; Linkwork
