@@ -3,6 +3,7 @@
 import logging
 import pathlib
 import tempfile
+import xml.etree.ElementTree as ET
 
 import numpy as np
 from pydrake.multibody.parsing import Parser
@@ -132,7 +133,9 @@ def compare_file(path, packages=()):
         plant, instances = load([(b.name(), b.model_instance(), b.EvalPoseInWorld(context)) for b in free])
     except Exception:
         return "skip"
-    first = plant.GetModelInstanceName(instances[0]) if instances else ""
+    # Linkwork leaves the name of the model out if the file has only one.
+    alone = len(ET.parse(path).getroot().findall(".//model")) == 1
+    first = plant.GetModelInstanceName(instances[0]) if instances and alone else ""
     return against(plant, first, path, packages)
 
 

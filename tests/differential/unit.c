@@ -73,23 +73,23 @@ static void started(Unit *u) {
 }
 /* Steps of Runge and Kutta of the unit's own solver; with event mode, it stops at an event. Returns whether it stopped. */
 static bool advance(Unit *u, double h) {
-    double *v = u->v, t0 = v[0];
+    double *v = u->v, t0 = v[0], from = t0;
     int count = (int)ceil(h / STEP - 1e-6);
     if (!u->events) while (model_event(v)) {}
-    for (int i = 0; i < count; i++) {
+    for (int i = 0; i <= count; i++) {
         static const double at[4] = {0, 0.5, 0.5, 1};
-        double d = h / count, x[STATES + 1], k[4][STATES + 1];
+        /* The last step is tiny: importers read outputs before or after an event at the end, so there should be none. */
+        double to = i < count ? t0 + (1 - 1e-6) * h * (i + 1) / count : t0 + h, d = to - from, x[STATES + 1], k[4][STATES + 1];
         for (int j = 0; j < STATES; j++) x[j] = v[X + j];
         for (int s = 0; s < 4; s++) {
-            v[0] = t0 + (i + at[s]) * d;
+            v[0] = from + at[s] * d;
             for (int j = 0; j < STATES; j++) v[X + j] = x[j] + (s ? at[s] * d * k[s - 1][j] : 0);
             model_rates(v);
             for (int j = 0; j < STATES; j++) k[s][j] = v[DX + j];
         }
         for (int j = 0; j < STATES; j++) v[X + j] = x[j] + d / 6 * (k[0][j] + 2 * k[1][j] + 2 * k[2][j] + k[3][j]);
-        v[0] = t0 + (i + 1) * d;
-        /* An event at the end of the step is left to the next step, because importers read outputs before or after it. */
-        if (u->events && i + 1 < count && model_due(v)) return true;
+        v[0] = from = to;
+        if (u->events && model_due(v)) return true;
         if (!u->events) while (model_event(v)) {}
     }
     return false;

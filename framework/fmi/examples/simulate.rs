@@ -130,9 +130,9 @@ impl Model for Truths {
 
 fn simulation(file: &str, catalogue: &Catalogue) -> Result<Simulation, String> {
     let loaded = load_file(file, &Options::new(catalogue)).map_err(|f| f.render(false))?;
-    let program = loaded.compile(catalogue, &Files::default()).map_err(|f| {
-        Failure { faults: f.0, sources: loaded.sources.clone() }.render(false)
-    })?;
+    let program = loaded
+        .compile(catalogue, &Files::default())
+        .map_err(|f| Failure { faults: f.0, sources: loaded.sources.clone() }.render(false))?;
     Ok(Simulation::of(Arc::new(program)))
 }
 
