@@ -591,7 +591,10 @@ def devices(m, data, answer, tolerance):
         warns = lambda text: any(text in line for line in answer["ignored"])
         if np.isnan(m.actuator_biasprm[i]).any() and warns("the stiffness is negative"):
             continue
-        if np.abs(moment).max(initial=0.0) < 1e-12 and warns("no joint changes the length"):
+        M = np.zeros((m.nv, m.nv))
+        mujoco.mj_fullM(m, data, M)
+        singular = np.linalg.cond(M) > 1e12
+        if (singular or np.abs(moment).max(initial=0.0) < 1e-12) and warns("no joint changes the length"):
             continue
         a = found[name]["Actuator"]
         l, v = length(a["length"], m.actuator_trnid[i, 0], m.actuator_trnid[i])
