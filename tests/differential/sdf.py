@@ -3,10 +3,12 @@
 import logging
 import pathlib
 import tempfile
+import xml.etree.ElementTree as ET
 
 import numpy as np
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import BodyIndex
 
 from common import Linkwork, differs, rotation
 
@@ -96,8 +98,6 @@ def make(r):
 
 def compare(text):
     """None where both agree, `skip` where Drake rejects the file, else what differs."""
-    global LINKWORK
-    LINKWORK = LINKWORK or Linkwork()
     plant = MultibodyPlant(0.0)
     try:
         parser = Parser(plant)
@@ -106,26 +106,58 @@ def compare(text):
         plant.Finalize()
     except Exception:
         return "skip"
+    if any(plant.get_joint(i).num_velocities() > 1 for i in plant.GetJointIndices()):
+        return "skip"
+    file = FOLDER / "file.sdf"
+    file.write_text(text)
+    return against(plant, plant.GetModelInstanceName(instances[0]), file, [FOLDER])
+
+
+def compare_file(path, packages=()):
+    """The same for a file with its meshes and includes. Bodies that are free in Drake are welded, because Linkwork leaves their base to the machine."""
+
+    def load(weld):
+        plant = MultibodyPlant(0.0)
+        parser = Parser(plant)
+        for folder in packages:
+            parser.package_map().PopulateFromFolder(str(folder))
+        instances = parser.AddModels(str(path))
+        for name, instance, X in weld:
+            plant.WeldFrames(plant.world_frame(), plant.GetFrameByName(name, instance), X)
+        plant.Finalize()
+        return plant, instances
+
+    try:
+        plant, _ = load([])
+        context = plant.CreateDefaultContext()
+        free = [plant.get_body(i) for i in plant.GetFloatingBaseBodies()]
+        plant, instances = load([(b.name(), b.model_instance(), b.EvalPoseInWorld(context)) for b in free])
+    except Exception:
+        return "skip"
+    # Linkwork leaves the name of the model out if the file has only one.
+    alone = len(ET.parse(path).getroot().findall(".//model")) == 1
+    first = plant.GetModelInstanceName(instances[0]) if instances and alone else ""
+    return against(plant, first, path, packages)
+
+
+def against(plant, first, path, packages):
+    """Compares a plant with the mechanism that Linkwork reads. Joints with several rates stay at their default, at rest."""
+    global LINKWORK
+    LINKWORK = LINKWORK or Linkwork()
     context = plant.CreateDefaultContext()
-    first = plant.GetModelInstanceName(instances[0])
     short = lambda scoped: scoped.removeprefix(f"{first}::")
     joints = [plant.get_joint(i) for i in plant.GetJointIndices()]
     scope = lambda instance, name: short(f"{plant.GetModelInstanceName(instance)}::{name}")
     moving = [(scope(j.model_instance(), j.name()), j) for j in joints if j.num_velocities() == 1]
-    if any(j.num_velocities() > 1 for j in joints):
-        return "skip"
     names = [n for n, _ in moving]
-    bodies = [plant.get_body(i) for i in plant.GetBodyIndices(plant.world_body().model_instance()) if False]
-    for index in range(1, plant.num_bodies()):
-        from pydrake.multibody.tree import BodyIndex
-
-        bodies.append(plant.get_body(BodyIndex(index)))
-    file = FOLDER / "file.sdf"
-    file.write_text(text)
+    bodies = [plant.get_body(BodyIndex(index)) for index in range(1, plant.num_bodies())]
     rng = np.random.default_rng(plant.num_velocities())
     states, expected = [], []
     for k in range(2):
-        q, v = rng.normal(size=plant.num_positions()) * k, rng.normal(size=plant.num_velocities())
+        q, v = plant.GetDefaultPositions(), np.zeros(plant.num_velocities())
+        for _, j in moving:
+            q[j.position_start()] = rng.normal() * k
+            v[j.velocity_start()] = rng.normal()
         plant.SetPositions(context, q)
         plant.SetVelocities(context, v)
         M = plant.CalcMassMatrix(context)
@@ -141,7 +173,7 @@ def compare(text):
             }
         )
         expected.append((M[np.ix_(order, order)], bias[order], poses))
-    answer = LINKWORK.ask(file, states, [FOLDER])
+    answer = LINKWORK.ask(path, states, packages)
     if "error" in answer:
         return f"rejected: {answer['error']}"
     found = {b["name"]: b for b in answer["bodies"]}

@@ -53,6 +53,31 @@ fn gains_come_from_classes_as_in_mujoco() {
     }
 }
 
+/// MuJoCo 4.0 reads a positive b₂ as a damping ratio also if the gain is affine, and two equal bounds as no bounds. A length that no joint changes has no
+/// damping ratio. Found by random files (`tests/differential`).
+#[test]
+fn damping_ratios_and_equal_bounds_are_read_as_in_mujoco() {
+    let body = r#"<worldbody><body><joint name="j"/><geom size="0.2"/><site name="a" pos="0.3 0 0"/><site name="b" pos="0 0.3 0"/></body></worldbody>
+<tendon><spatial name="stiff"><site site="a"/><site site="b"/></spatial></tendon>"#;
+    let of = |text: &str| read(&format!("<mujoco>{body}<actuator>{text}</actuator></mujoco>"));
+    for kind in ["fixed", "affine"] {
+        let d = of(&format!(
+            r#"<general name="x" joint="j" gaintype="{kind}" gainprm="2" biastype="affine" biasprm="0 -2 0.5" ctrlrange="1 1"/>"#
+        ));
+        let a = actuator(&d, "x");
+        // Number of MuJoCo: sphere of 0.2 m and 1000 kg/m3.
+        assert!((a.bias[2] + 1.03553382).abs() < 1e-8, "{kind}: {:?}", a.bias);
+        assert_eq!(a.control, None, "{kind}");
+    }
+    let d = of(r#"<position name="x" tendon="stiff" dampratio="1"/>"#);
+    assert_eq!(actuator(&d, "x").bias[2], 0.0);
+    assert!(
+        d.ignored.iter().any(|i| i.to_string().contains("no joint changes the length")),
+        "{:?}",
+        d.ignored
+    );
+}
+
 /// MuJoCo 4.0 uses the gain of a class for the same kind and from `general`, but not that of another kind.
 #[test]
 fn the_law_of_one_kind_is_not_a_default_for_another() {

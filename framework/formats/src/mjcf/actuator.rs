@@ -227,7 +227,7 @@ impl<'e> Mj<'e> {
             _ => length.geared(values.gear[0]),
         };
         let mut range = |key: &str, (pair, limited): ([f64; 2], Option<bool>)| {
-            let holds = limited.unwrap_or(self.settings.autolimits && pair != [0.0; 2]);
+            let holds = limited.unwrap_or(self.settings.autolimits && pair[0] != pair[1]);
             if holds && !(pair[0] < pair[1]) {
                 let text = format!("{} {}", pair[0], pair[1]);
                 let help = "write the lower number first";
@@ -247,7 +247,8 @@ impl<'e> Mj<'e> {
             let target = if inherited { &mut active } else { &mut control };
             *target = Some([middle - half, middle + half]);
         }
-        let bounded = values.activation.0 != [0.0; 2] && values.activation.1 != Some(false);
+        let bounded =
+            values.activation.0[0] != values.activation.0[1] && values.activation.1 != Some(false);
         if bounded && values.dynamics == Dynamics::None {
             let [lower, upper] = values.activation.0;
             let what = format!("{what} has actrange {lower} {upper}, but no activation");
@@ -273,7 +274,9 @@ impl<'e> Mj<'e> {
             true => values.gain,
             false => [values.gain[0], 0.0, 0.0],
         };
-        if servo && bias[2] > 0.0 {
+        // MuJoCo reads a damping ratio with either kind of gain.
+        let rated = values.bias_affine && values.bias[1] == -values.gain[0];
+        if rated && bias[2] > 0.0 {
             match lengths.inertia(&length, d) {
                 Some(mass) if gain[0] >= 0.0 => bias[2] *= -2.0 * (gain[0] * mass).sqrt(),
                 Some(_) => {
@@ -282,7 +285,7 @@ impl<'e> Mj<'e> {
                     bias[2] = 0.0;
                 }
                 None => {
-                    let note = "attribute dampratio: the mass matrix cannot be inverted";
+                    let note = "attribute dampratio: the mass matrix cannot be inverted, or no joint changes the length";
                     cx.ignored.push(e.ignored(what, note));
                     bias[2] = 0.0;
                 }

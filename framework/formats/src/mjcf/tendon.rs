@@ -73,10 +73,10 @@ impl Lengths<'_> {
         self.moving.get_or_init(make).as_ref()
     }
 
-    /// Returns 1 / (J M⁻¹ Jᵀ).
+    /// Returns 1 / (J M⁻¹ Jᵀ), or `None` if the mass matrix cannot be inverted or no joint changes the length: J is then round-off.
     pub fn inertia(&self, length: &Length, d: &Description) -> Option<f64> {
         let (mbs, moving) = self.moving(d)?;
-        let J = jacobian(length, mbs, moving)?;
+        let J = jacobian(length, mbs, moving).filter(|J| J.amax() > 1e-12)?;
         let moved = Cholesky::new(moving.M.clone())?.solve(&J);
         Some(1.0 / J.dot(&moved)).filter(|m| m.is_finite())
     }
