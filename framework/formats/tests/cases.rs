@@ -111,7 +111,7 @@ fn a_range_from_a_number_to_itself_takes_the_limits_of_the_class_away() {
         refused(&text("range=\"0 0\" limited=\"true\"")).contains("`range` is `0 0`, not a range")
     );
     let no_auto = text("").replace("<mujoco>", "<mujoco><compiler autolimits=\"false\"/>");
-    assert!(refused(&no_auto).contains("`range` and no `limited`"), "{}", refused(&no_auto));
+    assert!(refused(&no_auto).contains("`range` but no `limited`"), "{}", refused(&no_auto));
     // The range of a ball gives its largest angle.
     assert_eq!(
         subhinge(&mjcf(&text("type=\"ball\" range=\"0 40\"")), "swing").ball.angle,

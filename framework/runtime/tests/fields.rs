@@ -283,7 +283,7 @@ fn the_nearest_field_is_read_unless_one_is_bound() {
     let text = |s: &Spec| compile(s, &catalogue(), &Files::default()).err().unwrap().to_string();
     let s = spec(parts(), &[]);
     let told = text(&s);
-    assert!(told.contains("`eye` binds to a field of sand and there are 2"), "{told}");
+    assert!(told.contains("`eye` binds to a field of sand, but there are 2"), "{told}");
     assert!(told.contains("bind `field` to one of: north.sand, south.sand"), "{told}");
 
     let mut s = spec(parts(), &[]);

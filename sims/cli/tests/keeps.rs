@@ -159,7 +159,7 @@ fn checkpoints_that_no_run_writes_are_rejected() {
         ("but the checkpoint states NaN s", Box::new(|c| c.time = f64::NAN)),
         ("events at one instant", Box::new(|c| c.instant.micro = u32::MAX)),
         ("its next step is NaN s", Box::new(|c| c.instant.memory.0 = f64::NAN)),
-        ("a step of -1 s", Box::new(|c| c.instant.memory.0 = -1.0)),
+        ("its next step is -1 s", Box::new(|c| c.instant.memory.0 = -1.0)),
         (
             "`Lag.y` is pinned to NaN",
             Box::new(|c| {

@@ -201,7 +201,7 @@ fn springs_begin_within_their_stroke() {
         )
     };
     refused(&text("separation_spring", "stroke", -0.1), &["0.100000 m behind", "stroke of 0.1 m"]);
-    refused(&text("kickoff_spring", "length", 0.0), &["ends coincide", "no direction"]);
+    refused(&text("kickoff_spring", "length", 0.0), &["ends coincide", "direction in which it pushes is not defined"]);
     // The energy ½ k s² is transferred to the body, which gives the speed √(k/m) s.
     assert!((metrics(&text("separation_spring", "stroke", 0.0))("speed") - 1.0).abs() < 1e-6);
     assert!((metrics(&text("kickoff_spring", "length", 0.01))("speed") - 0.9).abs() < 1e-6);
@@ -450,7 +450,7 @@ fn ground_along_z_of_an_inertial_world_is_refused() {
     let leg = r#"model: "flight.crushable_leg", params: { "stages": [(stroke: 0.3, force: 400)] }, bind: { "foot": "node:b" }"#;
     let bag = r#"model: "flight.airbag", params: { "radius": 1, "pressure": "10 kPa" }, bind: { "centre": "node:b" }"#;
     for part in [terrain, leg, bag] {
-        refused(&space(part), &["`P`", "W is inertial", "write `site` in `world`"]);
+        refused(&space(part), &["`P`", "makes W inertial", "write `site` in `world`"]);
     }
 }
 

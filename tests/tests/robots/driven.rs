@@ -176,7 +176,7 @@ fn senseless_drives_of_balls_and_belts_are_refused() {
         ("Ball", "", servo, "angle", "for its ball, use a model for balls"),
         ("Locked", "", belt, "speed", "`b` has no collision shape"),
         ("Locked", moving, belt, "speed", "has a constant `surface_velocity`"),
-        ("Locked", moving, nowhere.as_str(), "speed", "has no direction"),
+        ("Locked", moving, nowhere.as_str(), "speed", "must be finite and not zero"),
         ("Ball", "", negative.as_str(), "torque.x", "damping"),
     ] {
         let told = common::scene(&scene(hinge, shape, part, wire), &[]).err().unwrap_or_default();
