@@ -24,9 +24,9 @@ def program(name, package):
     """Path of an example of a package; built if the variable with its name in capitals does not name it."""
     if name.upper() in os.environ:
         return os.environ[name.upper()]
-    subprocess.run(["cargo", "build", "--locked", "-p", package, "--example", name], cwd=ROOT, check=True)
+    subprocess.run(["cargo", "build", "--release", "--locked", "-p", package, "--example", name], cwd=ROOT, check=True)
     target = os.environ.get("CARGO_TARGET_DIR", ROOT / "target")
-    return str(pathlib.Path(target) / "debug" / "examples" / name)
+    return str(pathlib.Path(target) / "release" / "examples" / name)
 
 
 class Linkwork:
