@@ -287,7 +287,10 @@ fn modes_that_no_body_has_are_refused_with_the_remedy() {
         &faults(|m| m.stiffness = vec![1.0, 2.0, 2.0, 1.0]),
         &["stiffness: the smallest eigenvalue is -1"],
     );
-    said(&faults(|m| m.damping = vec![0.1, -0.2]), &["damping: the smallest eigenvalue is -0.2", "mode 1"]);
+    said(
+        &faults(|m| m.damping = vec![0.1, -0.2]),
+        &["damping: the smallest eigenvalue is -0.2", "mode 1"],
+    );
     said(&faults(|m| m.stiffness = vec![1.0]), &["stiffness: 1 numbers", "2 modes need 2 or 4"]);
     said(&faults(|m| m.stiffness[0] = f64::NAN), &["stiffness or damping", "NaN"]);
     said(&faults(|m| m.stations.clear()), &["no stations"]);

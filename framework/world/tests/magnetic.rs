@@ -101,6 +101,8 @@ fn years_and_tables_are_checked() {
     assert!(fault(&format!("{head}g 1 0 -29404 1\n")).contains("t:2: 1 values for 2 years"));
     assert!(fault(&format!("{head}g 1 0 -29404 x 1\n")).contains("`x` is not a number"));
     assert!(fault(&format!("{head}g 1 2 -29404 1 1\n")).contains("degree 1, order 2"));
-    assert!(fault(&format!("{head}k 1 1 -29404 1 1\n")).contains("is no row"));
+    assert!(
+        fault(&format!("{head}k 1 1 -29404 1 1\n")).contains("`k 1 1 -29404 1 1` is not a row")
+    );
     assert!(fault("g 1 0 -29404 1 2\n").contains("for 0 years"));
 }

@@ -201,7 +201,10 @@ fn springs_begin_within_their_stroke() {
         )
     };
     refused(&text("separation_spring", "stroke", -0.1), &["0.100000 m behind", "stroke of 0.1 m"]);
-    refused(&text("kickoff_spring", "length", 0.0), &["ends coincide", "direction in which it pushes is not defined"]);
+    refused(
+        &text("kickoff_spring", "length", 0.0),
+        &["ends coincide", "direction in which it pushes is not defined"],
+    );
     // The energy ½ k s² is transferred to the body, which gives the speed √(k/m) s.
     assert!((metrics(&text("separation_spring", "stroke", 0.0))("speed") - 1.0).abs() < 1e-6);
     assert!((metrics(&text("kickoff_spring", "length", 0.01))("speed") - 0.9).abs() < 1e-6);

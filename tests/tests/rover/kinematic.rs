@@ -211,7 +211,8 @@ fn a_part_that_reads_what_nothing_touches_is_refused() {
         until: "1 s")"#;
     let e = common::scene(text, &[]).err().unwrap();
     assert!(
-        e.contains("`Wheel`: binding `hub`: `hub` cannot touch anything") && e.contains("collides"),
+        e.contains("`Wheel`: binding `hub`: `hub` cannot touch anything")
+            && e.contains("give it a shape with `collide: true`"),
         "{e}"
     );
 }

@@ -83,7 +83,7 @@ fn an_axle_across_its_wheel_is_told() {
     assert!(across.starts_with("9: `Contact`: binding `hub`: the axle of `node wheel` is at 90° to the hinge axis of `wheel`"), "{across}");
     let node = only(&wheel("[0, 1, 0]", 0.2, "wheel/across"));
     assert!(
-        node.contains("lies 90° across")
+        node.contains("the axle of `node wheel/across` is at 90° to the hinge axis of `wheel`")
             && node.contains("whose axis is parallel to its hinge axis"),
         "{node}"
     );
@@ -195,7 +195,7 @@ fn a_step_too_long_is_told_with_the_one_that_would_do() {
     let told = only(&stiff("6 ms", ""));
     assert!(
         told.starts_with(
-            "6: the step of 0.006 s is too long: errors of `Lag.state.x` grow by 1.375 in each"
+            "6: the step of 0.006 s is too long: errors of `Lag.state.x` grow by a factor of 1.375 in each step"
         ),
         "{told}"
     );

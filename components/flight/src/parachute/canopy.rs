@@ -551,7 +551,9 @@ mod tests {
         assert!(Canopy::build(p.clone()).is_err(), "rows that do not rise");
         p.efficiency = vec![[0.0, -1.0]];
         let e = Canopy::build(p.clone()).err().unwrap();
-        assert!(e.message.contains("must not be negative") && e.param.as_deref() == Some("efficiency"));
+        assert!(
+            e.message.contains("must not be negative") && e.param.as_deref() == Some("efficiency")
+        );
         p.efficiency = vec![[0.005, 1.0], [0.02, 0.8]];
         let m = Canopy::build(p.clone()).unwrap();
         // The speed of sound is 1e4 m/s, so the Mach numbers are 0.01 and 0.03.
