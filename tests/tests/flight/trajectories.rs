@@ -413,3 +413,23 @@ fn nesc_6_a_sphere_with_drag() {
         [6e-4, 1e-4, 1e-11, 1e-12],
     );
 }
+
+/// Check case 17, a rocket of two stages. Simulators 04 and 06 of NASA end the first burn at 37.38045 s, and burn the second stage from 134.17045 s to
+/// 195.36364 s. At 200 s they differ from each other (251.45 and 234.48 km); the altitude must lie between them.
+#[test]
+fn nesc_17_a_rocket_of_two_stages() {
+    let mut sim = common::repository("nesc/case_17.ron", &[]).unwrap();
+    for (phase, end) in [("first", 37.38045), ("coast", 134.17045), ("second", 195.36364)] {
+        assert_eq!(sim.phase(), phase);
+        while sim.phase() == phase {
+            sim.step_event().unwrap();
+        }
+        assert!((sim.time() - end).abs() < 1e-5, "{phase} ends at {} s, not {end} s", sim.time());
+    }
+    sim.run_until(seconds(200.0)).unwrap();
+    let rocket = body(&sim, "rocket");
+    // The rocket stays in the plane of the equator, whose radius is 6378.137 km.
+    let altitude = rocket.position.norm() / 1000.0 - 6378.137;
+    assert!(rocket.position.z.abs() < 1.0, "{} m from the equator", rocket.position.z);
+    assert!((234.48..251.45).contains(&altitude), "{altitude} km");
+}
