@@ -90,7 +90,7 @@ fn files_and_parameters_that_do_not_fit_are_refused() {
             "controls",
             "no input `ELL`",
         ),
-        (build(DaveParams { set, ..params(FILE) }), "set", "no constant"),
+        (build(DaveParams { set, ..params(FILE) }), "set", "is not a constant of"),
         (build(lack("referenceWingArea")), "model", "no `referenceWingArea`"),
         (build(lack("referenceWingChord")), "model", "no `referenceWingChord`"),
         (

@@ -433,7 +433,7 @@ typedef struct LwAnswer {
   size_t kinematics;
   // Index of the start that led there; 0 is the given start.
   size_t restart;
-  // How the search ended.
+  // Result of the search.
   enum LwOutcome outcome;
 } LwAnswer;
 
@@ -605,7 +605,7 @@ typedef struct LwPlan {
   size_t rows;
   // The two colliders that touch at a blocked end; otherwise zero.
   struct LwPair pair;
-  // How the search ended.
+  // Result of the search.
   enum LwPlanOutcome outcome;
 } LwPlan;
 
