@@ -15,7 +15,7 @@ const ALLOWED_UP: [(&str, &str); 2] = [
 
 /// Number of phrases of `tidy::words` in the repository. Lower it when it falls.
 const PHRASES_MOST: [(Kind, usize); 3] =
-    [(Kind::Page, 10), (Kind::Documentation, 602), (Kind::Comment, 30)];
+    [(Kind::Page, 3), (Kind::Documentation, 490), (Kind::Comment, 4)];
 
 const FOLDERS: [&str; 5] = ["framework", "components", "assemblies", "sims", "tests"];
 
