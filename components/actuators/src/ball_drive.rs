@@ -5,8 +5,8 @@
 //! P = τ · ω,   i = P/V of the supply;   without a supply (V = 0) τ = 0: the joint is free
 //! ```
 //! Spring and damper act equally about all axes. The spring has the potential ½ k |e|², because e · ω = |e| d|e|/dt for a target that rests, so that
-//! without damping and limit energy is kept at rotations of any size below π; at π the direction of e jumps. With k = d = 0 the drive exerts the
-//! commanded torque only. The drive has no losses and feeds power back when the hinge drives it.
+//! without damping and limit energy is kept at rotations of any size below π; at π the direction of e jumps. If k and d are zero, the drive exerts
+//! only the commanded torque. The drive has no losses and feeds power back when the hinge drives it.
 
 use linkwork_runtime::prelude::*;
 

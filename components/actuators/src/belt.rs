@@ -3,7 +3,8 @@
 //! s = v d/|d|      s: velocity of the surface of the body over the body, axes of the body;  v: commanded speed, d: direction
 //! ```
 //! The contact model uses the velocity of the surface at each point at which a collider of the body touches something; only its tangential component
-//! acts. The speed does not depend on the load. For a motor with a limit, compute the speed from its torque and `contact_force` of the body.
+//! acts. The speed does not depend on the load. To model a motor with a limited torque, compute the
+//! speed from this torque and `contact_force` of the body.
 
 use linkwork_runtime::prelude::*;
 

@@ -8,7 +8,8 @@
 //!     coulomb + brake + (1/η − 1) |n k i|     against motion that drives the motor: steady, τ = n k i/η
 //! ```
 //! A gear loses power in both directions of power flow: the loss is dry friction that grows with the torque in the mesh, so the torque is continuous
-//! through standstill, and a loaded gear holds within its friction. For all voltages, rates and states P − τ ω − d/dt(½ L i² + ½ k_hold z²) ≥ 0.
+//! through standstill, and a loaded gear holds within its friction. The losses are never negative:
+//! P − τ ω − d/dt(½ L i² + ½ k_hold z²) ≥ 0 holds for all voltages, rates and states.
 //!
 //! The electronics are a bridge without losses that chops the supply: it cannot supply more than the voltage of the supply, reduces the voltage when
 //! the current is at `current_max`, and feeds power back when the shaft drives the motor. At V = 0 the bridge shorts the winding: the motor brakes,

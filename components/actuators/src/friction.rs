@@ -8,7 +8,7 @@
 //! and backward motion, as the friction of a loaded gear does. Power is only taken: −τ ω − k z ż ≥ 0.
 //!
 //! The share s is below 1 only where the damping alone exceeds the limit, so the torque is at its limit for any deflection. There the deflection
-//! follows its limit within d/k. Without s it would follow within z_max/|ω|, which is far shorter than a step if a gear carries little torque.
+//! follows its limit within d/k. If s were 1, the deflection would follow within z_max/|ω|, which is far shorter than a step if a gear carries little torque.
 //! Each step would then deflect the bristle by h |ω| beyond its limit, and the energy balance would lack ½ k (h ω)².
 
 use linkwork_solvers::contact_law::gives_way;

@@ -3,7 +3,7 @@
 //! good → lost with the probability p/(L (1 − p)),  lost → good with 1/L        p: share of lost samples, L: mean length of a loss (Gilbert)
 //! y = u at a sample that arrives, else the last that did
 //! ```
-//! With L = 1/(1 − p) samples are lost independently of each other. A latency is the `delay` of a wire.
+//! If L is 1/(1 − p), each sample is lost independently of the others. A latency is the `delay` of a wire.
 
 use linkwork_runtime::prelude::*;
 

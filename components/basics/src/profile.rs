@@ -12,13 +12,13 @@
 /// Interpolation between the rows of a profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Between {
-    /// Continuous up to q̈, for positions and rates.
+    /// The motion is continuous up to q̈; for positions and rates.
     Smooth,
-    /// For positions: at rest at every row.
+    /// The motion is at rest at every row; for positions.
     Stops,
-    /// Rates, accelerations: linear.
+    /// The values are interpolated linearly; for rates and accelerations.
     Straight,
-    /// For accelerations: constant from each row to the next.
+    /// The value is constant from each row to the next; for accelerations.
     Hold,
 }
 

@@ -402,7 +402,8 @@ impl<'a, 'o> Expander<'a, 'o> {
             let message = format!("`{path}`: mount `{key}` is not bound ({doc})");
             let help = format!("write `mounts: {{ \"{key}\": \"a body or node\" }}`");
             self.cx.fault(origin, message, help);
-            // Use a placeholder to avoid follow-up faults about bodies on this mount.
+            // Loading fails with this fault. Continue with `world`, which always exists, so that bodies on this
+            // mount cause no further faults.
             out.insert(key.clone(), Text::new("world"));
         }
         out

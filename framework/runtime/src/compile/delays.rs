@@ -90,7 +90,8 @@ impl Delays<'_> {
                 let fact = format!("a delay of {samples} samples is not possible");
                 faults.push(fault(fact, "write a number of samples from 1 to 100000"));
             }
-            // The check of the wire itself reports a missing end, so continue with a placeholder.
+            // If the output does not exist, the check of the wire reports it, and compilation fails. Continue
+            // with one number, so that the delays of the other wires are checked, too.
             let (source, range) = output(&wire.from)
                 .unwrap_or_else(|| (PortSpec::named("y", PortKind::Numbers, 1), 0..1));
             let lanes = range.len();
