@@ -47,6 +47,7 @@
 //! | [`collision`] | shapes of bodies: contact points, distances, rays |
 //! | [`embedded`] | the robot model that autonomy software embeds: inverse kinematics, motion planning, control |
 //! | [`runtime`] | models, ports, wires, plans, simulations, checkpoints |
+//! | [`surroundings`] | terrain, soil, gravity, atmosphere, Sun, world: the services that models query |
 //! | [`plant`] | the mechanism as a part of a simulation: bindings, contact, placement on the ground |
 //! | [`render`] | cameras and lidar |
 //! | [`assembly`] | the RON format and the builder: one flat specification, all mistakes at once |
@@ -69,6 +70,7 @@ pub use linkwork_runner as runner;
 pub use linkwork_runtime as runtime;
 pub use linkwork_solvers as solvers;
 pub use linkwork_spatial as spatial;
+pub use linkwork_surroundings as surroundings;
 #[cfg(feature = "viewer")]
 pub use linkwork_viz as viz;
 pub use linkwork_world as world;
@@ -100,11 +102,11 @@ pub mod prelude {
 
 /// Models of your own.
 pub mod model {
-    pub use linkwork_runtime::testing;
+    pub use linkwork_surroundings::testing;
 
     /// The names that authors of models need: traits, derive macros, types of ports, services, vectors.
     pub mod prelude {
-        pub use linkwork_runtime::prelude::*;
+        pub use linkwork_surroundings::prelude::*;
     }
 }
 

@@ -5,8 +5,8 @@ use linkwork_environment::height_field::HeightField;
 use linkwork_mobility::rigid_contact::Hub;
 use linkwork_mobility::soil_contact::{SoilContact, SoilState};
 use linkwork_mobility::terramechanics::{Motion, Rim, Shear, Sinkage, WheelSoil};
-use linkwork_runtime::Soil;
 use linkwork_spatial::Vec3;
+use linkwork_surroundings::Soil;
 use std::hint::black_box;
 use std::time::Instant;
 

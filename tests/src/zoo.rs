@@ -3,9 +3,9 @@
 //! with pin, ball and free hinges under gravity.
 use linkwork_multibody::{BodySpec, Builder, Hinge};
 use linkwork_plant::MechanismSpec;
-use linkwork_runtime::prelude::*;
 use linkwork_runtime::*;
 use linkwork_spatial::{MassProperties, Mat3, Pose};
+use linkwork_surroundings::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 

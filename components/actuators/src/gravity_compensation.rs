@@ -5,7 +5,7 @@
 //! A fraction of 1 removes the weight of the body, like `<gravity>false</gravity>` of an SDF link; `gravcomp` of MJCF is this fraction. The weight of
 //! mass that wires add is not carried.
 
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Share of the weight.
 #[derive(Params, Clone, Debug)]
@@ -62,7 +62,7 @@ impl Model for GravityCompensation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use linkwork_runtime::testing;
+    use linkwork_surroundings::testing;
 
     #[test]
     fn the_share_of_the_weight_acts_at_the_centre_of_mass() {

@@ -6,7 +6,7 @@
 //! 15° x and y are then 3.5 % too large. With a gyro, ω is its rate minus the planet's rotation about the vertical, if W is a rotating site.
 
 use crate::geometry::{Layout, WheelPlace};
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Wheels and start.
 #[derive(Params, Clone, Debug)]

@@ -10,8 +10,8 @@
 
 use crate::third::Third;
 use crate::world::{Centre, Inner, Turning, fault};
-use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
+use linkwork_surroundings::prelude::*;
 use linkwork_world::gravity::{Coefficients, Format, Harmonics, Keep, TideSystem, read};
 
 /// Gravity field of a third body that the run comes close to.

@@ -6,7 +6,7 @@
 //! Outside the time span of the source the position is NaN, and `failure` of the service returns an error that stops the run.
 
 use crate::world::{WorldParams, fault};
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 use linkwork_world::WorldError;
 use linkwork_world::ephemeris::{Analytic, Body, Ephemeris, Sampled, Spk, date};
 use linkwork_world::planet::{Epoch, PointMotion};

@@ -5,7 +5,7 @@ use crate::landforms::{Dunes, Landform};
 use crate::soil::SoilParams;
 use crate::soil_map::{SoilMap, SoilPatch, SoilRaster};
 use crate::terrain::GridTerrain;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Parameters of generated terrain.
 #[derive(Params, Clone, Debug)]

@@ -14,8 +14,8 @@ pub use crate::body_field::{FieldAxes, FieldFormat, HarmonicsParams, Permanent, 
 pub use crate::third::Third;
 use crate::third_bodies::{Puller, pullers};
 use crate::world::{PlanetWorld, Turning, WorldParams, around, gradient_around};
-use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
+use linkwork_surroundings::prelude::*;
 use linkwork_world::gravity::{TideRaiser, solid_tide, solid_tide_gradient, zonal, zonal_gradient};
 
 /// Spherical harmonics of a rotating planet, and third bodies.

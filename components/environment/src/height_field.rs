@@ -2,8 +2,8 @@
 
 use linkwork_collision::relief::{GridFault, Lattice};
 use linkwork_formats::heights::Heights;
-use linkwork_runtime::Surface;
 use linkwork_spatial::Vec3;
+use linkwork_surroundings::Surface;
 
 /// Heights on a regular grid; x east, y north, z up.
 #[derive(Clone, Debug, PartialEq)]

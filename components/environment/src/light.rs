@@ -5,7 +5,7 @@
 //! ```
 //! If two bodies overlap as seen from the point, only the one that hides more of the Sun counts. Bodies are spheres without an atmosphere.
 
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 use linkwork_world::eclipse::Discs;
 use linkwork_world::planet::{AU, RADIUS_SUN};
 use std::f64::consts::{FRAC_PI_2, PI};

@@ -9,7 +9,7 @@ use linkwork_collision::relief::Lattice;
 use linkwork_formats::heights::{
     GeoTiff, HeightsOptions, Map, write_ascii, write_geotiff, write_png,
 };
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Seek, Write};
 use std::path::Path;

@@ -8,7 +8,7 @@
 
 use crate::ephemeris::Course;
 use crate::world::PlanetWorld;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 use linkwork_world::ephemeris::Body;
 use linkwork_world::planet::AU;
 

@@ -10,8 +10,8 @@
 use crate::third::Third;
 use crate::third_bodies::{Puller, SolarOrbit, pullers};
 use crate::world::{PlanetWorld, Turning, fault};
-use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
+use linkwork_surroundings::prelude::*;
 use linkwork_world::gravity::polyhedron::{Polyhedron, from_obj};
 
 /// Gravitational constant, m³/(kg s²): CODATA 2018.

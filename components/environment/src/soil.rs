@@ -23,7 +23,7 @@
 //! under 560 N slips by 43 % on a slope of 15° and 76 % on 20° (`tests/tests/rover/wheels.rs` checks this). These slips come from a single-wheel rig
 //! on Earth: a wheel of a lunar rover prototype, 0.225 m in radius, on a lunar simulant of the type GRC-1.
 
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Published soils.
 #[derive(Params, Clone, Copy, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 
 use crate::soil::SoilParams;
 use linkwork_formats::heights::{HeightsOptions, read_heights};
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// A polygon of one soil.
 #[derive(Params, Clone, Debug)]

@@ -4,7 +4,7 @@ use crate::height_field::HeightField;
 use crate::soil::SoilParams;
 use crate::soil_map::{SoilMap, SoilPatch, SoilRaster};
 use linkwork_formats::heights::{Heights, HeightsError, HeightsOptions, read_heights};
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 use std::path::Path;
 
 fn surface(field: &HeightField) -> Surface {

@@ -1,5 +1,5 @@
 //! Third bodies: Sun, Moon and planets as third bodies whose gravity acts and that cast shadows.
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 use linkwork_world::ephemeris::Body;
 use linkwork_world::planet::{MU_EARTH, MU_JUPITER, MU_MARS, MU_MOON, MU_SUN, MU_VENUS};
 

@@ -4,7 +4,7 @@ use crate::soil::SoilParams;
 use crate::soil_map::{SoilMap, SoilPatch, SoilRaster};
 use crate::terrain::levelled;
 use crate::tiles::{TileError, Tiles};
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// A map in tiles.
 #[derive(Params, Clone, Debug)]

@@ -31,7 +31,7 @@ pub use service::{Inner, PlanetWorld};
 
 /// A world for tests.
 #[cfg(test)]
-pub(crate) fn handle(p: WorldParams) -> linkwork_runtime::Handle<dyn linkwork_runtime::World> {
+pub(crate) fn handle(p: WorldParams) -> linkwork_runtime::Handle<dyn linkwork_surroundings::World> {
     PlanetWorld::handle(p, &linkwork_runtime::Files::default()).map_err(|e| e.message).unwrap()
 }
 

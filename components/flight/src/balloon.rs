@@ -16,7 +16,7 @@
 
 use crate::aerodynamics::air_data::gravity_in_air;
 use crate::aerodynamics::gusty;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 use std::f64::consts::PI;
 
 /// Over-pressure below which the flow is linear in it, Pa.
@@ -267,7 +267,7 @@ impl Model for Balloon {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use linkwork_runtime::testing;
+    use linkwork_surroundings::testing;
 
     /// Isothermal air: ρ = ρ₀ e^(−z/H), H = R_a T/g.
     const G: f64 = 3.71;

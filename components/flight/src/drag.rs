@@ -7,7 +7,7 @@
 
 use crate::aerodynamics::AirData;
 use crate::aerodynamics::air_data::heating_constant;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Shape and air.
 #[derive(Params, Clone, Debug)]
@@ -102,7 +102,7 @@ impl Model for Drag {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use linkwork_runtime::testing;
+    use linkwork_surroundings::testing;
 
     fn drag(wind: Vec3) -> Drag {
         let p = DragParams {

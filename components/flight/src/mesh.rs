@@ -3,8 +3,8 @@
 //! A closed mesh is the whole surface of a body, and is checked for gaps. An open mesh is a part of a surface, such as the front of a heat shield
 //! without its base; only the side of its normals is exposed.
 
-use linkwork_runtime::prelude::*;
 use linkwork_runtime::{Located, Param, ParamSpec, ReadCx, Value};
+use linkwork_surroundings::prelude::*;
 use linkwork_world::error::WorldError;
 use linkwork_world::gravity::polyhedron::{Facet, Surface, facets_from_obj};
 use std::sync::Arc;

@@ -7,7 +7,7 @@
 //! pole in W. All outputs except the apocentre are continuous at escape, so that conditions of phases can use energy or height.
 
 use crate::guidance::planet::inertial;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 use linkwork_world::orbit::Elements;
 use linkwork_world::planet::PointMotion;
 
@@ -156,7 +156,7 @@ impl Model for Orbit {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use linkwork_runtime::PlainWorld;
+    use linkwork_surroundings::PlainWorld;
 
     const MU: f64 = 3.986_004_418e14;
     const R: f64 = 6_378_137.0;

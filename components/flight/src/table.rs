@@ -3,7 +3,7 @@
 //! curve   y(x)       surface   z(x, y)      inside: share of the width to the nearest end, < 0 outside
 //! ```
 
-use linkwork_runtime::prelude::BuildError;
+use linkwork_surroundings::prelude::BuildError;
 
 /// Table over one variable.
 #[derive(Clone, Debug, PartialEq)]

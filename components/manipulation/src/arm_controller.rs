@@ -17,8 +17,8 @@ use crate::arm::{Arm, Hand, InertiaCheck, Load, Memory, RobotFile};
 use crate::moves::{Move, Path, Reference};
 use crate::programme::{Follower, MoveProgress, Place, look};
 use crate::tracking::{TrackingSample, norm};
-use linkwork_runtime::prelude::*;
 use linkwork_spatial::Pose;
+use linkwork_surroundings::prelude::*;
 
 /// Parameters: the robot, its moves and the gains of the controller.
 #[derive(Params, Clone, Debug)]

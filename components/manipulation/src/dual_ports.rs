@@ -2,8 +2,8 @@
 
 use crate::arm::{InertiaCheck, Load, RobotFile};
 use crate::dual_moves::DualMove;
-use linkwork_runtime::prelude::*;
 use linkwork_spatial::Pose;
+use linkwork_surroundings::prelude::*;
 
 /// Parameters: the robot, its moves and the gains of the controller.
 #[derive(Params, Clone, Debug)]

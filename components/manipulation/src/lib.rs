@@ -25,7 +25,7 @@ pub mod standing_controller;
 pub mod standing_ports;
 pub mod tracking;
 
-use linkwork_runtime::prelude::{Axes, Entry, Gravity, Handle, Vec3};
+use linkwork_surroundings::prelude::{Axes, Entry, Gravity, Handle, Vec3};
 
 /// Acceleration of free fall (m/s²) that a controller believes: as written, or else the gravity of the simulation at the origin of W. If W is
 /// inertial with its origin at the centre of a body, it is zero, as on a spacecraft in free fall; for an arm on the ground of that body, write

@@ -2,8 +2,8 @@
 
 use crate::arm::Arm;
 use linkwork_embedded::{Effort, Frame, Goal, Outcome, Robot, RobotError};
-use linkwork_runtime::prelude::{BuildError, Clock};
 use linkwork_spatial::{Pose, Vec3};
+use linkwork_surroundings::prelude::{BuildError, Clock};
 
 /// Progress of a sequence of moves.
 #[derive(Clone, Copy, Debug, PartialEq)]

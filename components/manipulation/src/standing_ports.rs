@@ -1,7 +1,7 @@
 //! Parameters, inputs, outputs and state of `manipulation.standing_controller`.
 
 use crate::arm::{InertiaCheck, RobotFile};
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Parameters: the machine and its stance.
 #[derive(Params, Clone, Debug)]

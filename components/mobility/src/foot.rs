@@ -11,7 +11,7 @@ use crate::scm::ground::{Imprint, ScmGround, Touched};
 use crate::scm::shape::{Form, Presser};
 use crate::terramechanics::presses_back;
 use crate::wheel_scm::{ScmOut, without_ground};
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Outline of a sole.
 #[derive(Params, Clone, Copy, Debug, PartialEq)]

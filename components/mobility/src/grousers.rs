@@ -12,7 +12,7 @@
 //! period Δ of the wheel's angle ψ. F_k acts at the place and in the direction of the shear stress of the rim, so it takes work from the wheel like
 //! that stress.
 
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 use std::f64::consts::{FRAC_PI_4, TAU};
 
 /// Grousers of a wheel.

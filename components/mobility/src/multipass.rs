@@ -65,7 +65,7 @@ mod tests {
     use super::*;
     use crate::terramechanics::{Motion, WheelSoil};
     use crate::test_soils::{golden_wheel, lunar};
-    use linkwork_runtime::prelude::Soil;
+    use linkwork_surroundings::prelude::Soil;
 
     const STIFF: Unloading = Unloading { k0: 0.0, growth: 5.03e8 };
 

@@ -10,7 +10,7 @@
 //! MB per 10 m, and a whole region of 100 m by 100 m takes 75 MB.
 use crate::changed::Changed;
 use crate::multipass::{Rut, Unloading};
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 

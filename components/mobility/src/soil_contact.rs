@@ -29,8 +29,8 @@ use crate::rigid_contact::Hub;
 use crate::ruts::Past;
 use crate::terramechanics::{Motion, Rim, Shear, Sinkage, WheelForces, WheelSoil};
 use linkwork_collision::relief::{DISCS, Relief, Wheel};
-use linkwork_runtime::prelude::Soil;
 use linkwork_spatial::Vec3;
+use linkwork_surroundings::prelude::Soil;
 
 /// Constants of a wheel on soil.
 #[derive(Clone, Copy, Debug, PartialEq)]

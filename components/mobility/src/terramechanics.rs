@@ -23,7 +23,7 @@
 use crate::grousers::Grousers;
 use crate::multipass::{Rut, Unloading};
 use crate::quadrature::{NODES, WEIGHTS};
-use linkwork_runtime::prelude::{BuildError, Soil};
+use linkwork_surroundings::prelude::{BuildError, Soil};
 use wide::f64x4;
 
 /// Rim of a wheel.

@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::test_soils::*;
-use linkwork_runtime::Soil;
 use linkwork_spatial::nalgebra::{DMatrix, DVector};
+use linkwork_surroundings::Soil;
 
 fn at(w: &WheelSoil, load: f64, s: f64, beta_deg: f64) -> (f64, WheelForces) {
     let m = Motion::rolling(s, beta_deg.to_radians());

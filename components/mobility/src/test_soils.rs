@@ -1,7 +1,7 @@
 //! Published soils, and a wheel on one of them, for the tests of this crate.
 
 use crate::terramechanics::{Rim, Shear, Sinkage, WheelSoil};
-use linkwork_runtime::prelude::Soil;
+use linkwork_surroundings::prelude::Soil;
 
 /// The wheel of the reference tables, which were computed by an independent integration: 0.15 m × 0.10 m on lunar regolith.
 pub(crate) fn golden_wheel() -> WheelSoil {

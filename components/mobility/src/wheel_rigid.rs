@@ -11,8 +11,8 @@
 
 use crate::rigid_contact::{Bristles, Hub, RigidContact};
 use linkwork_collision::relief::Wheel;
-use linkwork_runtime::prelude::*;
 use linkwork_solvers::contact_law::gives_way;
+use linkwork_surroundings::prelude::*;
 
 /// Wheel, ground and contact parameters.
 #[derive(Params, Clone, Debug)]
@@ -268,7 +268,7 @@ impl Model for WheelRigid {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use linkwork_runtime::testing::{self, Plane};
+    use linkwork_surroundings::testing::{self, Plane};
 
     /// Gravity along −z, m/s².
     pub(crate) fn gravity(g: f64) -> Handle<dyn Gravity> {

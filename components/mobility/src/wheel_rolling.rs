@@ -6,7 +6,7 @@
 //! Its outputs have the names of those of the models with forces, so that plots and software work with either model.
 
 use crate::wheel_rigid::{hub_of, slip_of};
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Wheel and ground.
 #[derive(Params, Clone, Debug)]

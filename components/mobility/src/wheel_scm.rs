@@ -10,7 +10,7 @@ use crate::scm::ground::{Imprint, ScmGround, Touched};
 use crate::scm::shape::{Form, Presser};
 use crate::terramechanics::presses_back;
 use crate::wheel_rigid::{WheelIn, hub_of, in_the_ground, slip_of};
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Wheel, ground and contact constants.
 #[derive(Params, Clone, Debug)]

@@ -10,7 +10,7 @@ use crate::soil_contact::{SoilContact, SoilState};
 use crate::terramechanics::{Rim, Shear, Sinkage, WheelSoil};
 use crate::wheel_rigid::{WheelIn, hub_of, in_the_ground};
 use linkwork_collision::relief::Wheel;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Shear law for the two directions in the contact plane.
 #[derive(Params, Clone, Copy, Debug, PartialEq)]

@@ -81,7 +81,7 @@ pub fn slip_on_slope(wheel: &WheelSoil, weight: f64, slope: f64) -> Option<f64> 
 mod tests {
     use super::*;
     use crate::test_soils::{golden_wheel, lunar};
-    use linkwork_runtime::prelude::Soil;
+    use linkwork_surroundings::prelude::Soil;
 
     #[test]
     fn the_table_is_that_of_an_independent_integration() {

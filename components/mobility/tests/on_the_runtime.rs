@@ -1,10 +1,10 @@
 //! The wheel models inside a simulation: a quarter of a rover on one wheel, parked and driven, at 1 ms.
 use linkwork_multibody::{BodySpec, Builder, Hinge, SubhingeKind};
 use linkwork_plant::MechanismSpec;
-use linkwork_runtime::prelude::*;
 use linkwork_runtime::*;
 use linkwork_spatial::nalgebra::Matrix3;
 use linkwork_spatial::{MassProperties, Pose};
+use linkwork_surroundings::prelude::*;
 use std::sync::Arc;
 
 const SOIL: Soil = Soil {
@@ -59,7 +59,7 @@ impl Service for Slope {
 struct NoParams {}
 /// Gravity of Mars.
 struct Mars;
-impl linkwork_runtime::Gravity for Mars {
+impl linkwork_surroundings::Gravity for Mars {
     fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
         Vec3::new(0.0, 0.0, -3.72)
     }

@@ -8,7 +8,7 @@ use crate::assess::{Assessor, BEST, Patch};
 use crate::ground::{Disc, Ground, Sight};
 use crate::rover::{Knowledge, Memory, Rover};
 use crate::tiles::{Index, TILE, Tiles, join};
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 use std::any::Any;
 
 /// Corners of a way that are shown, at most.

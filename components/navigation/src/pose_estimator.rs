@@ -15,8 +15,8 @@ use crate::pose_filter::{Instruments, PoseFilter, Rates, Start};
 use crate::visual_odometry::{Scenery, VisualOdometry};
 use linkwork_render::Picture;
 use linkwork_runtime::SharedField;
-use linkwork_runtime::prelude::*;
 use linkwork_spatial::Pose;
+use linkwork_surroundings::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// Parameters: initial pose and error models of the instruments.

@@ -9,7 +9,7 @@
 //! asymmetry typical of Martian dust: an engineering fit, not a table. With τ = 0 (Moon, space) only the beam remains. Both are zero in the shadow of
 //! a body of the world and below the horizon.
 
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Panel and air.
 #[derive(Params, Clone, Debug)]
@@ -137,8 +137,9 @@ impl Model for SolarPanel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use linkwork_runtime::testing;
-    use linkwork_runtime::{AU, SOLAR_CONSTANT};
+    use linkwork_runtime::AU;
+    use linkwork_surroundings::SOLAR_CONSTANT;
+    use linkwork_surroundings::testing;
 
     fn light(direction: Vec3, au: f64) -> Light {
         let irradiance = SOLAR_CONSTANT / (au * au);
@@ -211,7 +212,7 @@ mod tests {
 
     #[test]
     fn air_needs_ground() {
-        use linkwork_runtime::PlainWorld;
+        use linkwork_surroundings::PlainWorld;
         let dusty = SolarPanelParams { optical_depth: 0.5, ..params() };
         let e = SolarPanel::build(dusty.clone()).err().unwrap();
         assert!(

@@ -10,7 +10,7 @@
 
 use linkwork_render::{Look, Surroundings};
 use linkwork_runtime::Lane;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// The panel and the bodies that may cast shadows on it.
 #[derive(Params, Clone, Debug)]
@@ -113,7 +113,7 @@ impl SizedModel for Sunlit {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use linkwork_runtime::Sight;
+    use linkwork_surroundings::Sight;
     use std::sync::Arc;
 
     struct Still(Vec3);

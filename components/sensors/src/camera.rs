@@ -14,8 +14,8 @@ use linkwork_render::{
     Brown, Camera, Channels, Detector, Image, Lens, Light, Look, Noise, Picture, RenderError,
     Scene, Surroundings, Want,
 };
-use linkwork_runtime::prelude::*;
 use linkwork_runtime::{AU, Lane};
+use linkwork_surroundings::prelude::*;
 
 /// Lens, detector and scene.
 #[derive(Params, Clone, Debug)]
@@ -256,8 +256,8 @@ impl Field for CameraSensor {
 mod tests {
     use super::*;
     use linkwork_render::collision::{Shape, VisualShape};
-    use linkwork_runtime::Sight;
-    use linkwork_runtime::testing::{self, Plane};
+    use linkwork_surroundings::Sight;
+    use linkwork_surroundings::testing::{self, Plane};
 
     fn params() -> CameraParams {
         let ground = Plane { soil: crate::test_ground::firm(), ..Plane::default() };
@@ -291,7 +291,7 @@ mod tests {
     fn a_body_without_air_has_no_sky() {
         let pose = linkwork_spatial::Pose::new(Quat::identity(), Vec3::z() * 2e6);
         let site = Site { pose, rate: 0.0, start: Quat::identity() };
-        let rock = linkwork_runtime::PlainWorld::of_site(5e12, 2e6, site).handle();
+        let rock = linkwork_surroundings::PlainWorld::of_site(5e12, 2e6, site).handle();
         let sun = testing::sun(Vec3::z(), 1.0);
         let air = testing::air(|_, _| {
             let (density, temperature) = (1e-3, 200.0);

@@ -13,9 +13,9 @@
 //! rotated by the smallest rotation that makes z the planet's pole at t = 0; if W is a site, they are the axes of the planet at t = 0. Position and
 //! velocity are in W.
 
-use linkwork_runtime::SPEED_OF_LIGHT as LIGHT;
-use linkwork_runtime::prelude::*;
 use linkwork_spatial::nalgebra::{Matrix4, Vector4};
+use linkwork_surroundings::SPEED_OF_LIGHT as LIGHT;
+use linkwork_surroundings::prelude::*;
 
 /// Maximum number of planes and of satellites in a plane; maximum number of satellites.
 const SIDE_MAX: u32 = 16;

@@ -1,7 +1,8 @@
 //! Tests of `sensors.gnss`: exact without errors, errors as the geometry says, visibility in closed form, what is refused.
 use super::*;
-use linkwork_runtime::{Lane, PlainWorld};
+use linkwork_runtime::Lane;
 use linkwork_spatial::Pose;
+use linkwork_surroundings::PlainWorld;
 
 const RADIUS: f64 = 6_378_137.0;
 

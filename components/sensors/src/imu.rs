@@ -12,7 +12,7 @@
 //! At rest the accelerometer reads +g upwards. Turn-on bias and scale error of each axis are drawn from their standard deviations with the run's
 //! seed, and affect all samples from the first one on.
 
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Grade of the instrument.
 #[derive(Params, Clone, Copy, Debug, PartialEq)]
@@ -369,7 +369,7 @@ impl Model for Imu {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use linkwork_runtime::testing;
+    use linkwork_surroundings::testing;
 
     fn imu(grade: Grade, white: Option<f64>, walk: Option<f64>) -> Imu {
         let p = ImuParams {

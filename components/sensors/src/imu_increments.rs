@@ -113,7 +113,7 @@ impl Model for ImuIncrements {
 mod tests {
     use super::*;
     use crate::imu::Grade;
-    use linkwork_runtime::testing;
+    use linkwork_surroundings::testing;
 
     #[test]
     fn white_noise_walks_with_the_root_of_time() {

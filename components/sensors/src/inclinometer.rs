@@ -8,7 +8,7 @@
 //! At rest these are the angles of R = R_z R_y(pitch) R_x(roll). While the mount accelerates, the measured vertical differs from the direction of
 //! gravity: 1 m/s² is 5.8° on Earth, 15° on Mars. Roll is undefined if x is vertical.
 
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 use std::f64::consts::PI;
 
 /// Errors and range.
@@ -83,7 +83,7 @@ impl Model for Inclinometer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use linkwork_runtime::testing;
+    use linkwork_surroundings::testing;
 
     fn read(sigma: f64, offset: [f64; 2], range: f64, q: Quat, a: Vec3, row: u64) -> [f64; 3] {
         let gravity = testing::gravity(|_, _| Vec3::new(0.0, 0.0, -3.72));

@@ -11,7 +11,7 @@ use linkwork_render::lidar::{Lidar, middles, spinning};
 use linkwork_render::spatial::Pose;
 use linkwork_render::{Look, Surroundings};
 use linkwork_runtime::Lane;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Beams and their noise.
 #[derive(Params, Clone, Debug)]
@@ -194,7 +194,7 @@ mod tests {
 
     #[test]
     fn a_body_in_the_way_is_nearer_than_the_ground() {
-        let ball = linkwork_runtime::Sight {
+        let ball = linkwork_surroundings::Sight {
             body: "ball".into(),
             name: "ball".into(),
             pose: Pose::identity(),

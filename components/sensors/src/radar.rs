@@ -13,8 +13,8 @@
 
 use linkwork_render::{Look, Scene, Surroundings};
 use linkwork_runtime::Lane;
-use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
+use linkwork_surroundings::prelude::*;
 
 /// Maximum number of beams.
 const BEAMS_MAX: usize = 32;
@@ -277,7 +277,8 @@ mod tests {
     }
 
     fn moon(rate: f64) -> RadarParams {
-        let world = Some(linkwork_runtime::PlainWorld::inertial(4.9e12, 1.7374e6, rate).handle());
+        let world =
+            Some(linkwork_surroundings::PlainWorld::inertial(4.9e12, 1.7374e6, rate).handle());
         RadarParams { ground_radius: Some(1.7374e6), world, ..params() }
     }
 
@@ -353,7 +354,7 @@ mod tests {
             linkwork_render::collision::Shape::Sphere { radius: 3.0 },
         );
         let pose = linkwork_render::spatial::Pose::identity();
-        let sight = linkwork_runtime::Sight {
+        let sight = linkwork_surroundings::Sight {
             body: "rock".into(),
             name: "rock".into(),
             pose,

@@ -8,7 +8,7 @@
 //! ground. A wheel's axle is its y axis, so that its rectangle does not rotate with the wheel.
 
 use linkwork_runtime::Lane;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Maximum number of mounts.
 const MOUNTS_MAX: usize = 64;

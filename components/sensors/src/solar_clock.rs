@@ -8,7 +8,7 @@
 //! on Mars. The output is a true value without noise, for plans and plots. At a pole, or with a fixed Sun, local time has no meaning; the formula is
 //! still evaluated.
 
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 use std::f64::consts::{PI, TAU};
 
 /// Site and Sun.
@@ -108,7 +108,7 @@ mod tests {
         let axes = linkwork_spatial::Mat3::from_columns(&[x, up.cross(&x), up]);
         let pose = linkwork_spatial::Pose::new(linkwork_spatial::quat(&axes), up * 6.4e6);
         let site = Site { pose, rate: 7e-5, start: Quat::identity() };
-        linkwork_runtime::PlainWorld::of_site(4e14, 6.4e6, site).handle()
+        linkwork_surroundings::PlainWorld::of_site(4e14, 6.4e6, site).handle()
     }
 
     fn clock(sun: impl Sun + 'static, latitude: f64) -> Result<SolarClock, BuildError> {
@@ -152,7 +152,7 @@ mod tests {
 
     #[test]
     fn the_site_of_the_world_counts_and_inertial_axes_are_refused() {
-        use linkwork_runtime::PlainWorld;
+        use linkwork_surroundings::PlainWorld;
         let sun = || Handle::new("sun", Arc::new(At(0.2, 0.5, 0.4)) as Arc<dyn Sun>);
         let (lat, heading) = (0.4_f64, 0.7_f64);
         let p = SolarClockParams { sun: sun(), world: at(lat, heading) };

@@ -4,7 +4,7 @@
 //! ```
 //! At rest it is +g upwards. `sensors.imu` has the errors of an instrument.
 
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Gravity.
 #[derive(Params, Clone, Debug)]
@@ -66,7 +66,7 @@ impl Model for SpecificForce {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use linkwork_runtime::testing;
+    use linkwork_surroundings::testing;
 
     #[test]
     fn a_node_at_rest_feels_its_weight_in_its_own_axes() {

@@ -6,7 +6,7 @@
 //! I has the axes of the catalogue of stars. W is I, or a site on a planet that rotates in I: with `turns: fixed` about its z from `angle` on, with
 //! `turns: iau` as in the ICRF. Planets, Moon and Sun in the field of view have no effect.
 
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Noise and rate.
 #[derive(Params, Clone, Debug)]
@@ -119,7 +119,7 @@ mod tests {
             linkwork_spatial::Pose::new(Quat::from_euler_angles(0.3, -0.8, 1.1), Vec3::zeros());
         let start = Quat::from_euler_angles(-0.4, 0.2, 0.9);
         let site = Site { pose, rate: 0.015, start };
-        let world = Some(linkwork_runtime::PlainWorld::of_site(4e13, 3e6, site).handle());
+        let world = Some(linkwork_surroundings::PlainWorld::of_site(4e13, 3e6, site).handle());
         let p = StarTrackerParams { sigma: Vec3::zeros(), rate_max: 0.02, world };
         let q = Quat::from_scaled_axis(Vec3::new(0.3, 0.2, -0.1));
         // The mount is at rest in W for 30 s: relative to the stars the planet has rotated by 0.45 rad

@@ -4,7 +4,7 @@
 //! [`Sun::light`]) and no terrain is on the ray, which is sampled with growing steps up to `shadow_range`. Noise rotates the direction by two small
 //! angles.
 
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// View and noise.
 #[derive(Params, Clone, Debug)]

@@ -1,6 +1,6 @@
 //! A soil and a slope for the tests of this crate.
-use linkwork_runtime::prelude::*;
-use linkwork_runtime::testing::Plane;
+use linkwork_surroundings::prelude::*;
+use linkwork_surroundings::testing::Plane;
 
 /// Firm soil of no particular kind, because sensors do not use it.
 pub(crate) fn firm() -> Soil {

@@ -7,11 +7,12 @@ use linkwork_dynamics::Tree;
 use linkwork_multibody::{Body, BodyId, SubhingeKind};
 use linkwork_runtime::doc::number;
 use linkwork_runtime::{
-    Axes, BodyStart, Bound, BuildError, Fault, Gravity, Host, Lowering, Origin, PortKind,
-    Prototype, Scenery, Services, Setting, Start, Terrain, World,
+    Bound, BuildError, Fault, Host, Lowering, Origin, PortKind, Prototype, ServiceObject, Services,
+    Setting,
 };
 use linkwork_solvers::Rolling;
 use linkwork_spatial::{Pose, Quat, Vec3, nalgebra};
+use linkwork_surroundings::{Axes, BodyStart, Gravity, Start, Terrain, World};
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -77,8 +78,8 @@ impl Host for MechanismSpec {
     fn settings(&self) -> Vec<Setting> {
         self.all_settings()
     }
-    fn scenery(&self) -> Scenery {
-        self.scenery.clone()
+    fn service(&self) -> Option<ServiceObject> {
+        Some(ServiceObject::new(Arc::new(self.scenery.clone())))
     }
     fn boxed(&self) -> Box<dyn Host> {
         Box::new(self.clone())
@@ -128,7 +129,7 @@ fn through_the_body(world: &dyn World, s: &BodyStart, (p, v): (Vec3, Vec3)) -> O
 impl MechanismSpec {
     /// Sets bodies to the starts that the world computes.
     fn begin(&mut self, services: &Services, out: &mut Lowering<'_>) {
-        let Some(world) = services.world() else {
+        let Some(world) = services.first::<dyn World>() else {
             for s in &self.starts {
                 let fact = format!(
                     "body `{}` starts on an orbit or in named axes, but the simulation has no `world`",
@@ -390,7 +391,7 @@ impl MechanismSpec {
         out: &mut Lowering<'_>,
     ) -> Option<Arc<dyn Gravity>> {
         if self.gravity.as_deref() == Some("none") {
-            if let Some(site) = services.in_a_site() {
+            if let Some(site) = services.rotating() {
                 let fact = format!(
                     "`gravity` is \"none\", but `{site}` treats W as a site of a rotating planet"
                 );

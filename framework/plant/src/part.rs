@@ -17,12 +17,13 @@ use linkwork_multibody::{ConstraintId, Multibody};
 use linkwork_runtime::balance::OwnAccounts;
 use linkwork_runtime::host::{OldState, Turning};
 use linkwork_runtime::{
-    Block, Carried, Description, Failure, Fault, Functions, Gravity, Named, Origin, PortKind,
-    PortSpec, Prototype, Value, Wiring,
+    Block, Carried, Description, Failure, Fault, Functions, Named, Origin, PortKind, PortSpec,
+    Prototype, Value, Wiring,
 };
 use linkwork_solvers::{
     CompliantContact, ConstrainedSolver, ConstraintMethod, ContactStepper, SolverError, close_start,
 };
+use linkwork_surroundings::Gravity;
 use std::any::Any;
 use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};

@@ -10,10 +10,11 @@ use crate::extension::PlanExt;
 use linkwork_dynamics::{Workspace, kinematics};
 use linkwork_multibody::{Body, BodyId, Multibody, SubhingeKind};
 use linkwork_runtime::host::{SettleGroup, settle};
-use linkwork_runtime::{Fault, Origin, Plan, Terrain};
+use linkwork_runtime::{Fault, Origin, Plan};
 use linkwork_solvers::{Projector, footing};
 use linkwork_spatial::nalgebra::{DMatrix, DVector};
 use linkwork_spatial::{Quat, Vec3};
+use linkwork_surroundings::Terrain;
 
 /// Placement of a machine on the ground.
 #[derive(Clone, Debug)]

@@ -10,9 +10,10 @@ use crate::touch::Pair;
 use linkwork_collision::{ColliderId, Colliders};
 use linkwork_dynamics::Tree;
 use linkwork_multibody::{BodyId, LoopMotion, Multibody};
-use linkwork_runtime::{Gravity, Origin};
+use linkwork_runtime::Origin;
 use linkwork_solvers::{CompliantLaws, ConstrainedSolver, ConstraintMethod, FixedValues};
 use linkwork_spatial::Vec3;
+use linkwork_surroundings::Gravity;
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 

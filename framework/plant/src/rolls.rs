@@ -1,8 +1,8 @@
 //! Work space of machines that move by kinematics.
 use crate::plan::MechanismPlan;
 use linkwork_multibody::BodyId;
-use linkwork_runtime::Terrain;
 use linkwork_solvers::{Rolling, Traction};
+use linkwork_surroundings::Terrain;
 use std::sync::Arc;
 
 /// The machines that roll, with work space.

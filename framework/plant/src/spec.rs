@@ -4,11 +4,12 @@ use crate::touch::Pair;
 use linkwork_collision::Colliders;
 use linkwork_dynamics::{Tree, Workspace};
 use linkwork_multibody::{LoopMotion, Multibody};
-use linkwork_runtime::{BodyStart, Origin, Scenery, Setting, Terrain};
+use linkwork_runtime::{Origin, Setting};
 use linkwork_solvers::{
     CompliantLaws, ConstrainedSolver, ConstraintMethod, ContactSettings, FixedValues, Rolling,
     StartError, Vehicle, close_start,
 };
+use linkwork_surroundings::{BodyStart, Scenery, Terrain};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 

@@ -1,8 +1,9 @@
 //! Detection of machines that have left the ground of their map. Beyond its edge, and where it does not have data, no ground supports them. The run
 //! continues, and a warning is printed once per body.
 use linkwork_plant::PlanExt;
-use linkwork_runtime::{Place, Plan, Simulation, Terrain};
+use linkwork_runtime::{Place, Plan, Simulation};
 use linkwork_spatial::Vec3;
+use linkwork_surroundings::{Terrain, site_of};
 
 /// Fall below the last ground under a body, m, after which the warning is printed.
 const BELOW: f64 = 10.0;
@@ -44,9 +45,9 @@ impl Edges {
             all.filter_map(|(path, object)| Some((path, object.get::<dyn Terrain>()?)))
         };
         // The ground at a site curves down with the planet.
-        let site = plan.services.iter().find_map(|(_, object)| object.axes().site());
+        let site = site_of(&plan.services);
         let height = |p: &Vec3| {
-            let far = |s: linkwork_runtime::Site| {
+            let far = |s: linkwork_surroundings::Site| {
                 s.relative_to_centre(p).norm() - s.relative_to_centre(&Vec3::zeros()).norm()
             };
             site.map_or(p.z, far)

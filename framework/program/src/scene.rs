@@ -7,10 +7,9 @@ use linkwork_assembly::{BodyShape, Loaded, Text};
 use linkwork_collision::{VisualShape, box_of_inertia};
 use linkwork_multibody::Body;
 use linkwork_plant::PlanExt;
-use linkwork_runtime::{
-    Fault, Located, Place, Plan, Program, Seconds, Terrain, Unit, Value, remedy,
-};
+use linkwork_runtime::{Fault, Located, Place, Plan, Program, Seconds, Unit, Value, remedy};
 use linkwork_spatial::Vec3;
+use linkwork_surroundings::{Terrain, site_of};
 use linkwork_viz::{Arrow, InUnit, Marker, Panel, Planet, Scene, Shape};
 
 /// Returns the scene and its sample period.
@@ -52,7 +51,7 @@ fn bytes(color: [f64; 4]) -> [u8; 4] {
 
 /// Returns the planet: the one on which W is a site, or the one about the origin of W.
 fn planet(loaded: &Loaded, plan: &Plan, faults: &mut Vec<Fault>) -> Option<Planet> {
-    let site = plan.services.iter().find_map(|(_, o)| o.axes().site());
+    let site = site_of(&plan.services);
     let view = loaded.simulation.view.as_ref();
     let written = view.and_then(|v| v.planet);
     let [r, g, b, _] = bytes(written.unwrap_or([0.6, 0.55, 0.5, 1.0]));

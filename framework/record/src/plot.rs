@@ -45,7 +45,10 @@ pub enum PlotError {
     Writing(String),
 }
 
-const PANEL: (u32, u32) = (640, 360);
+/// Units of a drawing per pixel: the library rounds coordinates to whole units, and whole pixels would make steps in a smooth curve.
+const FINE: u32 = 10;
+/// Size of a panel.
+const PANEL: (u32, u32) = (640 * FINE, 360 * FINE);
 
 /// Draws the panels in two columns.
 ///
@@ -65,6 +68,13 @@ pub fn draw(path: &Path, plots: &[Plot]) -> Result<(), PlotError> {
         }
         root.present().map_err(|e| fail(e.to_string()))?;
     }
+    // The picture has a pixel for `FINE` units.
+    let (width, height) = size;
+    let text = text.replacen(
+        &format!("width=\"{width}\" height=\"{height}\""),
+        &format!("width=\"{}\" height=\"{}\"", width / FINE, height / FINE),
+        1,
+    );
     replace(path, text.as_bytes(), Durable::Now).map_err(PlotError::Writing)
 }
 
@@ -109,12 +119,16 @@ const COLORS: [RGBColor; 10] = [
     RGBColor(23, 190, 207),
 ];
 
-/// Text size of a legend, and height of a row, pixels.
-const LEGEND: (u32, u32) = (12, 18);
-/// Lengths in a legend, pixels: of the line that shows a colour, and between entries.
-const SAMPLE: (i32, i32) = (16, 18);
-/// Margin around a panel, and space for the tick labels left of its axis, pixels.
-const MARGIN: (u32, u32) = (12, 64);
+/// Text size of a legend, and height of a row.
+const LEGEND: (u32, u32) = (12 * FINE, 18 * FINE);
+/// Lengths in a legend: of the line that shows a colour, and between entries.
+const SAMPLE: (i32, i32) = (16 * FINE as i32, 18 * FINE as i32);
+/// Length between a sample of a line and its name in a legend.
+const GAP: i32 = 6 * FINE as i32;
+/// Margin around a panel, and space for the tick labels left of its axis.
+const MARGIN: (u32, u32) = (12 * FINE, 64 * FINE);
+/// Radius of a dot.
+const DOT: u32 = 3 * FINE;
 
 /// Returns the legend entry of a curve, if it has one.
 fn entry(plot: &Plot, curve: &Curve) -> Option<String> {
@@ -137,11 +151,11 @@ fn legend<B: DrawingBackend>(
     let mut entries = Vec::new();
     for (k, curve) in plot.curves.iter().enumerate() {
         let Some(name) = entry(plot, curve) else { continue };
-        let width = SAMPLE.0 + 6 + area.estimate_text_size(&name, &font)?.0 as i32;
+        let width = SAMPLE.0 + GAP + area.estimate_text_size(&name, &font)?.0 as i32;
         if x > left && x + width > right {
             (x, row) = (left, row + 1);
         }
-        entries.push((k, name, x, row * LEGEND.1 as i32 + 8));
+        entries.push((k, name, x, row * LEGEND.1 as i32 + 8 * FINE as i32));
         x += width + SAMPLE.1;
     }
     if entries.is_empty() {
@@ -149,13 +163,17 @@ fn legend<B: DrawingBackend>(
     }
     let (above, rest) = area.split_vertically((row + 1) * LEGEND.1 as i32);
     for (k, name, x, y) in entries {
-        let color = COLORS[k % COLORS.len()].stroke_width(2);
+        let color = COLORS[k % COLORS.len()].stroke_width(2 * FINE);
         if plot.curves[k].dots {
-            above.draw(&Circle::new((x + SAMPLE.0 / 2, y), 3, color.filled()))?;
+            above.draw(&Circle::new((x + SAMPLE.0 / 2, y), DOT, color.filled()))?;
         } else {
             above.draw(&PathElement::new(vec![(x, y), (x + SAMPLE.0, y)], color))?;
         }
-        above.draw(&Text::new(name, (x + SAMPLE.0 + 6, y - LEGEND.0 as i32 / 2), font.clone()))?;
+        above.draw(&Text::new(
+            name,
+            (x + SAMPLE.0 + GAP, y - LEGEND.0 as i32 / 2),
+            font.clone(),
+        ))?;
     }
     Ok(rest)
 }
@@ -166,10 +184,11 @@ fn panel<B: DrawingBackend>(
 ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
     let points = || plot.curves.iter().flat_map(|c| &c.points).filter(|p| can_be_drawn(p));
     let (mut x, mut y) = (span(points().map(|p| p.0)), span(points().map(|p| p.1)));
-    let area = legend(&area.titled(&plot.title, ("sans-serif", 18))?, plot)?;
+    let area = legend(&area.titled(&plot.title, ("sans-serif", 18 * FINE))?, plot)?;
     if plot.equal {
         let (width, height) = area.dim_in_pixel();
-        let aspect = f64::from(width - 100) / f64::from(height.saturating_sub(60).max(1));
+        let aspect =
+            f64::from(width - 100 * FINE) / f64::from(height.saturating_sub(60 * FINE).max(1));
         let (w, h) = (x.1 - x.0, y.1 - y.0);
         if w / h < aspect {
             let grow = 0.5 * (h * aspect - w);
@@ -181,18 +200,32 @@ fn panel<B: DrawingBackend>(
     }
     let mut chart = ChartBuilder::on(&area)
         .margin(MARGIN.0)
-        .x_label_area_size(36)
+        .x_label_area_size(36 * FINE)
         .y_label_area_size(MARGIN.1)
         .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
-    chart.configure_mesh().x_desc(&plot.x).y_desc(&plot.y).light_line_style(WHITE).draw()?;
+    let font = ("sans-serif", 12 * FINE);
+    chart
+        .configure_mesh()
+        .x_desc(&plot.x)
+        .y_desc(&plot.y)
+        .label_style(font)
+        .axis_desc_style(font)
+        .axis_style(BLACK.stroke_width(FINE))
+        .bold_line_style(BLACK.mix(0.2).stroke_width(FINE))
+        .light_line_style(WHITE)
+        .set_all_tick_mark_size(5 * FINE)
+        .draw()?;
     for (k, curve) in plot.curves.iter().enumerate() {
         let color = COLORS[k % COLORS.len()];
         for stretch in stretches(&curve.points) {
             if curve.dots {
-                let dots = stretch.iter().map(|p| Circle::new(*p, 3, color.filled()));
+                let dots = stretch.iter().map(|p| Circle::new(*p, DOT, color.filled()));
                 chart.draw_series(dots)?;
             } else {
-                chart.draw_series(LineSeries::new(stretch.iter().copied(), &color))?;
+                chart.draw_series(LineSeries::new(
+                    stretch.iter().copied(),
+                    color.stroke_width(FINE),
+                ))?;
             }
         }
     }
@@ -252,6 +285,28 @@ mod tests {
     }
 
     #[test]
+    fn a_smooth_curve_has_no_steps() {
+        let values: Vec<f64> = (0..2000).map(|k| (f64::from(k) * 1e-3).cos()).collect();
+        let svg = drawn(&values, false);
+        assert!(svg.contains("<svg width=\"640\" height=\"360\" viewBox=\"0 0 6400 3600\""));
+        let curve = svg.split("<polyline").max_by_key(|l| l.len()).unwrap();
+        let points = curve.split("points=\"").nth(1).unwrap().split('"').next().unwrap();
+        let points: Vec<(f64, f64)> = points
+            .split_whitespace()
+            .map(|p| p.split_once(',').unwrap())
+            .map(|(x, y)| (x.parse().unwrap(), y.parse().unwrap()))
+            .collect();
+        let [first, last] = [points[0], points[points.len() - 1]];
+        // In pixels, each point lies within a tenth of the cosine through the first and the last point.
+        let across = (last.0 - first.0) / 1.999;
+        let up = (last.1 - first.1) / (1.999_f64.cos() - 1.0);
+        for (x, y) in points {
+            let exact = first.1 + up * (((x - first.0) / across).cos() - 1.0);
+            assert!((y - exact).abs() < 0.1 * f64::from(FINE) + 1.0, "{x} {y} {exact}");
+        }
+    }
+
+    #[test]
     fn what_is_not_drawn_is_said_and_the_rest_keeps_its_scale() {
         let svg = drawn(&[1.0, 2.0, f64::NAN, 1e300, 3.0, 4.0], false);
         assert!(svg.contains("2 points beyond 1e30 or NaN"), "{svg}");
@@ -297,7 +352,7 @@ mod tests {
             assert_eq!(dots.len(), 2 * (1 + 2), "a sample and two points in each panel");
             assert_eq!(dots.iter().filter(|y| **y > lowest).count(), 2 * 2);
             let lines = svg.split('<').filter(|l| l.starts_with("polyline"));
-            let lines = lines.filter(|l| l.contains("stroke-width=\"1\""));
+            let lines = lines.filter(|l| l.contains(&format!("stroke-width=\"{FINE}\"")));
             let ends = lines.filter_map(|l| l.split("points=\"").nth(1)?.split('"').next());
             let highest = ends
                 .flat_map(|e| {
@@ -306,7 +361,10 @@ mod tests {
                 .fold(f64::INFINITY, f64::min);
             assert!(highest > lowest, "{highest} {lowest}");
             let width = f64::from(PANEL.0);
-            assert!(xs.iter().all(|x| x % width > 70.0 && x % width < width - 150.0), "{xs:?}");
+            assert!(
+                xs.iter().all(|x| x % width > 0.11 * width && x % width < 0.76 * width),
+                "{xs:?}"
+            );
         }
     }
 }

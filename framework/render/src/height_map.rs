@@ -11,8 +11,8 @@
 
 use crate::beam::Beam;
 use crate::error::RenderError;
-use linkwork_runtime::Surface;
 use linkwork_spatial::Vec3;
+use linkwork_surroundings::Surface;
 
 /// Cells along the edge of a leaf.
 const LEAF: usize = 4;

@@ -1,6 +1,6 @@
 //! The scene that cameras, lidars and solar panels of a simulation see: the ground, and the bodies at their poses.
 use crate::{HeightMap, Light, Look, RenderError, Scene, shape_of};
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The ground and the shapes of bodies.

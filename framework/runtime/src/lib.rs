@@ -14,15 +14,11 @@ mod recorders;
 mod step;
 
 pub use author::account::Account;
-pub use author::binding::{BindSpec, BindTarget};
+pub use author::binding::{BindSpec, BindTarget, TO_NODE};
 pub use author::block::{
     Block, Carried, EvalTime, Evaluation, Failure, Indices, Named, Outcome, Prototype, Wiring,
 };
 pub use author::catalogue::{Catalogue, Entry, Foreign, Making, PartType};
-pub use author::environment::{
-    Air, Atmosphere, Gravity, Ground, Light, Rock, SOLAR_CONSTANT, SPEED_OF_LIGHT, Soil, Sun,
-    SunState, Surface, Terrain,
-};
 pub use author::error::BuildError;
 pub use author::field::{Field, FieldSample, Shows, View};
 pub use author::files::Files;
@@ -40,19 +36,14 @@ pub use author::ports::{
     SurfaceVelocity, Text, Traction, VehicleMass, Wrench,
 };
 pub use author::provider::Service;
-pub use author::scenery::{PLAIN, Scenery, Sight};
-pub use author::services::{Handle, Provided, ServiceKind, ServiceObject, Services};
+pub use author::services::{Contradiction, Handle, Provided, ServiceKind, ServiceObject, Services};
 pub use author::setting::Setting;
 pub use author::shown::SharedField;
-pub use author::site::{Axes, Site};
 pub use author::sized::{SizedModel, SizedPorts};
-pub use author::start::{Anomaly, BodyStart, Start, StartFrame, TwoLineSource};
-pub use author::surroundings::{Vertical, needs_level_ground};
 pub use author::time::{Clock, IntoSeconds, Seconds};
 pub use author::units::{AU, Unit, UnitError, split_quantity};
 pub use author::value::{Fault, Faults, IntoValue, Located, Origin, Sources, Value, remedy, told};
 pub use author::variable::{Place, Role, Variable};
-pub use author::world::{Geographic, PlainWorld, World};
 pub use author::{columns, connectors, doc, noise, pattern, testing};
 pub use checkpoint::file::{Checkpoint, CheckpointError};
 pub use checkpoint::state::Snapshot;
@@ -92,12 +83,11 @@ pub mod prelude {
         Temperature, Voltage,
     };
     pub use crate::{
-        AddedMass, Air, Atmosphere, Axes, BallState, BallTorque, BodyMass, BuildError, Clock,
-        ContactLoad, Direction, Entry, Field, Files, Fired, Geographic, Gravity, Ground, Handle,
-        HingeAccel, HingeLoad, HingeState, HingeTorque, Lanes, Light, Model, NodeAccel, NodeState,
-        Overlay, OverlayTile, OverlayValues, PortKind, PortSpec, Rock, Scenery, Service,
-        SharedOverlay, Shows, Site, SizedModel, SizedPorts, Soil, Store, Sun, SunState, Surface,
-        SurfaceVelocity, Terrain, Traction, VehicleMass, Vertical, View, World, Wrench,
+        AddedMass, BallState, BallTorque, BodyMass, BuildError, Clock, ContactLoad, Direction,
+        Entry, Field, Files, Fired, Handle, HingeAccel, HingeLoad, HingeState, HingeTorque, Lanes,
+        Model, NodeAccel, NodeState, Overlay, OverlayTile, OverlayValues, PortKind, PortSpec,
+        Service, SharedOverlay, Shows, SizedModel, SizedPorts, Store, SurfaceVelocity, Traction,
+        VehicleMass, View, Wrench,
     };
     pub use linkwork_derive::{Params, Ports, State, field, model, service};
     pub use linkwork_spatial::{Quat, Vec3};

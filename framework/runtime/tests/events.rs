@@ -1,8 +1,8 @@
 //! Events: located where the guard is zero, one after another at one instant, without a trace of how the
 //! run was cut.
 use crate::common::*;
-use linkwork_runtime::prelude::*;
 use linkwork_runtime::*;
+use linkwork_surroundings::prelude::*;
 use std::sync::Arc;
 
 /// Drop.

@@ -1,7 +1,7 @@
 //! Kinds of services that a library defines: the runtime finds, checks and reports them as its own.
 use crate::common::*;
-use linkwork_runtime::prelude::*;
 use linkwork_runtime::*;
+use linkwork_surroundings::prelude::*;
 
 /// Water.
 mod water {

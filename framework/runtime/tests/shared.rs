@@ -1,8 +1,9 @@
 //! Services that several compilations share: they are those that the files of today ask for.
 use crate::common::*;
-use linkwork_runtime::prelude::*;
 use linkwork_runtime::*;
 use linkwork_spatial::Vec3;
+use linkwork_surroundings::PlainWorld;
+use linkwork_surroundings::prelude::*;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -34,7 +35,7 @@ pub struct OfWorld {
     world: Handle<dyn World>,
 }
 pub struct Pull(f64);
-impl linkwork_runtime::Gravity for Pull {
+impl linkwork_surroundings::Gravity for Pull {
     fn acceleration(&self, _: f64, p: Vec3) -> Vec3 {
         p * (-self.0 / p.norm().powi(3))
     }

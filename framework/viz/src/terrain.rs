@@ -1,6 +1,6 @@
 //! The ground as tiles: coarse everywhere, at full resolution near the machine, finer where it was changed.
 use crate::layers::{Bounds, Layers};
-use linkwork_runtime::Surface;
+use linkwork_surroundings::Surface;
 use re_sdk_types::archetypes::Mesh3D;
 use re_sdk_types::components::{ImageBuffer, ImageFormat};
 

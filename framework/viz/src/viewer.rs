@@ -12,10 +12,9 @@ use crate::trail::{Trail, color};
 use linkwork_dynamics::{Tree, Workspace, kinematics};
 use linkwork_multibody::{BodyId, NodeId};
 use linkwork_plant::{PlanExt, ProgramExt};
-use linkwork_runtime::{
-    Consumer, Group, OVERLAY_PERIOD, Program, Sample, Seconds, Surface, Terrain,
-};
+use linkwork_runtime::{Consumer, Group, OVERLAY_PERIOD, Program, Sample, Seconds};
 use linkwork_spatial::{Pose, Quat, Vec3};
+use linkwork_surroundings::{Surface, Terrain};
 use re_sdk::{AsComponents, EntityPath, RecordingStream, TimeCell};
 use std::path::Path;
 use std::sync::Arc;

@@ -7,8 +7,8 @@ use linkwork_program::clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use linkwork_program::voice::report;
 use linkwork_program::{Tool, exit, say, tell};
 use linkwork_record::{Curve, Plot, draw};
-use linkwork_runtime::prelude::Params;
 use linkwork_runtime::{Fault, Located, Origin, Params as _, ReadCx, Services, Value};
+use linkwork_surroundings::prelude::Params;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 

@@ -88,6 +88,7 @@ const FLOORS: [(&str, u32); 26] = [
     ("framework/embedded_c", 55),
     ("framework/render", 55),
     ("framework/runtime", 50),
+    ("framework/surroundings", 52),
     ("framework/plant", 55),
     ("framework/assembly", 60),
     ("framework/record", 60),

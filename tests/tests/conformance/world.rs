@@ -1,8 +1,8 @@
 //! Small services for models that need them: level soil, uniform gravity, thin air, a fixed sun, a position on a small Earth.
 use linkwork_environment::world::{Centre, PlanetWorld, SiteParams, WorldParams};
-use linkwork_runtime::prelude::*;
-use linkwork_runtime::testing::{Plane, sun, uniform_gravity};
 use linkwork_runtime::{ServiceObject, Services};
+use linkwork_surroundings::prelude::*;
+use linkwork_surroundings::testing::{Plane, sun, uniform_gravity};
 use std::sync::Arc;
 
 struct Thin;

@@ -2,7 +2,7 @@
 use linkwork_environment::planet_air::{StandardAtmosphere, Us76Params};
 use linkwork_environment::world::PlanetWorld;
 use linkwork_runtime::Files;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 use serde_json::Value;
 
 use crate::common;

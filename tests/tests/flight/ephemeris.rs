@@ -232,7 +232,7 @@ fn the_sun_stands_where_the_kernel_has_it_and_what_it_has_not_is_refused() {
     write(&folder, epoch, true);
     let text = text(&folder, epoch);
     let sim = scene(&text, &[]).unwrap();
-    let sun = sim.plan().services.find::<dyn linkwork_runtime::Sun>(None, "").unwrap();
+    let sun = sim.plan().services.find::<dyn linkwork_surroundings::Sun>(None, "").unwrap();
     for t in [0.0, 5e5] {
         let s = sun.state(t);
         let want = SUN - EARTH;

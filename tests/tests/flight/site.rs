@@ -1,8 +1,8 @@
 //! W as a site of a rotating planet: the same flight as in inertial axes, falling, swinging and resting bodies.
 use linkwork_runtime::Simulation;
-use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
 use linkwork_spatial::nalgebra::{Quaternion, SymmetricEigen};
+use linkwork_surroundings::prelude::*;
 use linkwork_world::planet::rotation::FixedRate;
 use linkwork_world::planet::{self as world, Ellipsoid, Geodetic, PointMotion, Rotation};
 

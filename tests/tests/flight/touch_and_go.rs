@@ -1,6 +1,6 @@
 //! A touch and go at an asteroid compared with a trajectory from an independent program (DOP853).
-use linkwork_runtime::prelude::*;
 use linkwork_spatial::{Quat, Vec3};
+use linkwork_surroundings::prelude::*;
 use linkwork_world::gravity::polyhedron::Polyhedron;
 
 use crate::common;

@@ -1,9 +1,9 @@
 //! Orbits and falls compared with trajectories from other programs: JEOD, Orekit, NASA's check cases.
 use linkwork_environment::gravity::{FieldFormat, HarmonicsParams, SphericalHarmonics, Third};
 use linkwork_environment::world::{Centre, PlanetWorld, Turning, WorldParams};
-use linkwork_runtime::prelude::{Gravity, Service};
 use linkwork_runtime::{Files, Simulation};
 use linkwork_spatial::{Quat, Vec3};
+use linkwork_surroundings::prelude::{Gravity, Service};
 use linkwork_world::planet::{Ellipsoid, Geodetic, tdb_minus_tt};
 use serde_json::Value;
 

@@ -1,6 +1,6 @@
 //! Common part of all atmospheres of planets: rotation with the planet, wind, density factors, and behaviour outside the data.
 use crate::world::{DensityLayer, PlanetWorld, WindLayer, fault};
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 use linkwork_world::atmosphere::{self as world, Profile, Sutherland};
 use linkwork_world::planet::Geodetic;
 

@@ -20,7 +20,7 @@ pub use table::{Altitudes, Columns, GasParams, TableAirParams, TableAtmosphere, 
 use crate::mars_sun::MarsTime;
 use crate::world::{Centre, DensityLayer, PlanetWorld, WindLayer, fault};
 use around::{Around, Written, around_a_planet, written};
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 use linkwork_world::atmosphere::{
     self as world, Climate, ClimateEntry, Gas, Layout, Magnetic, Msis, SpaceWeather, Sutherland,
     Table, Us76,

@@ -3,7 +3,7 @@ use super::around::{Around, Outside, SutherlandParams, Written, text_of, written
 use super::{HEATING_AIR, HEATING_MARS};
 use crate::world::{Centre, DensityLayer, PlanetWorld, WindLayer, fault};
 use linkwork_runtime::Unit;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 use linkwork_world::atmosphere::{self as world, AltitudeKind, Gas, Layout, Sutherland, Table};
 use linkwork_world::planet::Geodetic;
 

@@ -2,7 +2,7 @@
 
 use super::{Centre, Inner};
 use linkwork_runtime::prelude::*;
-use linkwork_runtime::{StartFrame, TwoLineSource};
+use linkwork_surroundings::{StartFrame, TwoLineSource};
 use linkwork_world::orbit::{Segment, TwoLine, read_oem};
 use linkwork_world::planet::PointMotion;
 

@@ -1,9 +1,9 @@
 //! Parameters of the world, and the planet that they describe.
 use super::body::Centre;
 use crate::third::Third;
-use linkwork_runtime::SOLAR_CONSTANT;
-use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
+use linkwork_surroundings::SOLAR_CONSTANT;
+use linkwork_surroundings::prelude::*;
 use linkwork_world::WorldError;
 use linkwork_world::planet::rotation::{
     Earth, EarthOrientation, EarthParameters, FixedRate, PckConstants, PckKernel,

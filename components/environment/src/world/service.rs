@@ -4,8 +4,8 @@ use super::body::Centre;
 use super::params::{Planet, WorldParams};
 use crate::ephemeris::{Course, Heavens};
 use crate::light::SunView;
-use linkwork_runtime::Start;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::Start;
+use linkwork_surroundings::prelude::*;
 use linkwork_world::planet::Geodetic;
 use std::sync::{Arc, OnceLock};
 

@@ -7,8 +7,8 @@
 
 use super::{Inner, Turning};
 use crate::world::Centre;
-use linkwork_runtime::prelude::*;
-use linkwork_runtime::{Anomaly, Start, StartFrame};
+use linkwork_surroundings::prelude::*;
+use linkwork_surroundings::{Anomaly, Start, StartFrame};
 use linkwork_world::orbit::{Elements, propagate};
 use linkwork_world::planet::rotation::{eme2000_to_gcrs, teme_to_gcrs};
 use linkwork_world::planet::{Geodetic, PointMotion};
@@ -160,8 +160,8 @@ impl Inner {
 #[cfg(test)]
 mod tests {
     use crate::world::{Centre, SiteParams, Turning, WorldParams, handle};
-    use linkwork_runtime::prelude::*;
-    use linkwork_runtime::{Anomaly, Start, StartFrame};
+    use linkwork_surroundings::prelude::*;
+    use linkwork_surroundings::{Anomaly, Start, StartFrame};
     use linkwork_world::orbit::Elements;
     use linkwork_world::planet::PointMotion;
 

@@ -3,8 +3,8 @@
 use super::service::*;
 use super::*;
 use crate::third::Third;
-use linkwork_runtime::SOLAR_CONSTANT;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::SOLAR_CONSTANT;
+use linkwork_surroundings::prelude::*;
 use linkwork_world::ephemeris::Body;
 
 fn refused(p: &WorldParams) -> BuildError {

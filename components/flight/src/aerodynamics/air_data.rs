@@ -6,7 +6,7 @@
 //! ω_B = R_WBᵀ (ω − ω_air)                 ω_air: how the air turns with its planet; zero: inertial rates
 //! ```
 
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Motion relative to the air.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -12,7 +12,7 @@
 use super::air_data::{AirData, Outside};
 use super::air_data::{check_air_rate, heating_constant};
 use crate::table::Surface;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Reference quantities and tables.
 #[derive(Params, Clone, Debug)]
@@ -347,7 +347,7 @@ impl Model for Axisymmetric {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use linkwork_runtime::testing;
+    use linkwork_surroundings::testing;
 
     fn capsule(outside: Outside) -> Axisymmetric {
         let column = |v: [f64; 3]| v.map(|x| vec![x]).to_vec();

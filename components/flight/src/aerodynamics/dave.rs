@@ -17,8 +17,8 @@ use super::air_data::{AirData, Outside, check_air_rate};
 use super::axisymmetric::{Edge, TableExit, leaves, remark};
 use crate::mesh::{named_text, show_text};
 use linkwork_formats::daveml::{DaveModel, Role, read_dave, unit_text};
-use linkwork_runtime::prelude::*;
 use linkwork_runtime::{Located, Param, ParamSpec, ReadCx, Unit, Value};
+use linkwork_surroundings::prelude::*;
 use std::sync::Arc;
 
 /// Variables that a file may have.

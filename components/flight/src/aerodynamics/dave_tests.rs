@@ -1,7 +1,7 @@
 //! Models of DAVE-ML files: units, inputs of the flow, ends of tables, refusals.
 use super::super::axisymmetric::LEAVES;
 use super::*;
-use linkwork_runtime::testing;
+use linkwork_surroundings::testing;
 
 const FILE: &str = r#"<DAVEfunc xmlns="http://daveml.org/2010/DAVEML"><fileHeader name="wing"/>
 <variableDef name="referenceWingArea" varID="S" units="ft2" initialValue="10"/>

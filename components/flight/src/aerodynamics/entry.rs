@@ -11,7 +11,7 @@
 use super::air_data::{AirData, Outside, gusty, heating_constant};
 use super::axisymmetric::{Edge, Heat, Passed, TableExit, leaves, remark};
 use crate::table::Curve;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Coefficients and atmosphere.
 #[derive(Params, Clone, Debug)]

@@ -11,7 +11,7 @@
 //! heights. The parameter `span` adds the rotation of the air over the width of the vehicle, by the spectra of p, q and r of MIL-F-8785C
 //! (`framework/world/src/atmosphere/dryden_rates.rs`): wire `rotation` to the input `gust_rate` of the models with rate damping.
 
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 use linkwork_world::atmosphere::{Dryden, DrydenRates, DrydenState, Turbulence};
 
 /// Intensity of the turbulence.
@@ -233,7 +233,7 @@ fn filters(d: &GustState) -> DrydenState {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use linkwork_runtime::testing;
+    use linkwork_surroundings::testing;
 
     fn gusts(fixed: Option<(Vec3, Vec3)>) -> Gusts {
         Gusts::build(GustParams {

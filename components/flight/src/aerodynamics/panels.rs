@@ -12,7 +12,7 @@
 use super::air_data::{AirData, gusty};
 use super::rarefied::{bridge, free_molecular};
 use crate::mesh::{MeshParams, some_panels};
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 use linkwork_world::gravity::polyhedron::Facet;
 
 /// Flat panel.
@@ -228,7 +228,7 @@ pub fn sphere_cone(half_angle: f64, bluntness: f64, rings: usize, around: usize)
 mod tests {
     use super::super::sphere_cone::SphereCone;
     use super::*;
-    use linkwork_runtime::testing;
+    use linkwork_surroundings::testing;
     use std::f64::consts::PI;
 
     /// Panels agree with the closed form.

@@ -2,7 +2,7 @@
 //!
 //! Use it for a body whose damping coefficients are known, such as a payload on a parachute.
 
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Damping.
 #[derive(Params, Clone, Debug)]
@@ -68,7 +68,7 @@ impl Model for RateDamping {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use linkwork_runtime::PlainWorld;
+    use linkwork_surroundings::PlainWorld;
 
     fn params(damping: Vec3, against: Vec3, world: Option<PlainWorld>) -> RateDampingParams {
         RateDampingParams { damping, against, world: world.map(PlainWorld::handle) }

@@ -13,7 +13,7 @@ use super::air_data::{AirData, Outside};
 use super::air_data::{check_air_rate, heating_constant};
 use super::axisymmetric::{AxisymmetricOut, BodyIn, Edge, Heat, LEAVES, Passed, Scales, TableExit};
 use super::sphere_cone::{SphereCone, base_pressure, pressure_max};
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 use std::f64::consts::PI;
 
 /// Model of the base pressure.
@@ -172,7 +172,7 @@ impl Model for SphereConeShell {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use linkwork_runtime::testing;
+    use linkwork_surroundings::testing;
 
     const RADIUS: f64 = 2.25;
 

@@ -11,7 +11,7 @@
 //! the bank angle is undefined and w = 0. The rotation rate of the trajectory (g cos γ/V, mrad/s) is not fed forward.
 
 use super::super::guidance::planet::Frame;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Inertia, gains and limits.
 #[derive(Params, Clone, Debug)]
@@ -131,7 +131,7 @@ impl Model for BankControl {
 mod tests {
     use super::super::super::aerodynamics::entry::force;
     use super::*;
-    use linkwork_runtime::PlainWorld;
+    use linkwork_surroundings::PlainWorld;
 
     fn params() -> BankControlParams {
         BankControlParams {

@@ -8,7 +8,7 @@
 //! requires. Node z is the gimbal axis a, node x the wheel axis s at δ = 0. If W is a site, ω is the sum of the rate in W and the rate of the planet.
 
 use super::turning;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Parameters of a control moment gyro.
 #[derive(Params, Clone, Debug)]

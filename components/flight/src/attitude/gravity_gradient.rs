@@ -8,8 +8,8 @@
 //! the torque due to their distance, and the part adds the torque due to the body's own inertia, which it reads from the body.
 
 use crate::orbit::body_mu;
-use linkwork_runtime::prelude::*;
 use linkwork_spatial::{MassProperties, Mat3};
+use linkwork_surroundings::prelude::*;
 use linkwork_world::gravity::torque;
 
 /// Parameters of the gravity-gradient torque.
@@ -120,7 +120,7 @@ impl Model for GravityGradient {
 mod tests {
     use super::*;
     use crate::attitude::tests::fast_site;
-    use linkwork_runtime::PlainWorld;
+    use linkwork_surroundings::PlainWorld;
 
     const MU: f64 = 3.986_004_418e14;
 

@@ -8,7 +8,7 @@
 //! Axes and epoch come from the world. At a site the field is constant in W. The field is evaluated at the epoch and kept during the run; it changes
 //! by about 100 nT a year. Fields of ionospheric and magnetospheric currents are not included.
 
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 use linkwork_world::WorldError;
 use linkwork_world::magnetic::{self, Igrf, dipole};
 use linkwork_world::planet::Epoch;
@@ -246,7 +246,7 @@ impl Model for MagneticTorquer {
 mod tests {
     use super::*;
     use crate::attitude::tests::fast_site;
-    use linkwork_runtime::PlainWorld;
+    use linkwork_surroundings::PlainWorld;
     use std::sync::Arc;
 
     /// World with an epoch and given planet axes.

@@ -7,7 +7,7 @@ pub mod magnetic;
 pub mod reaction_wheel;
 pub mod thrust_vector;
 
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Angular velocity (rad/s, W) of W in inertial space: of the site that W is, or none.
 fn turning(world: Option<&Handle<dyn World>>) -> Vec3 {
@@ -17,7 +17,7 @@ fn turning(world: Option<&Handle<dyn World>>) -> Vec3 {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use linkwork_runtime::PlainWorld;
+    use linkwork_surroundings::PlainWorld;
 
     /// A site on a planet that rotates fast, and its world.
     pub fn fast_site() -> (Site, Handle<dyn World>) {

@@ -13,7 +13,7 @@
 //! the rate in W and the rate of the planet, because the momentum of the wheel rotates with the planet, too.
 
 use super::turning;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Parameters of a reaction wheel.
 #[derive(Params, Clone, Debug)]

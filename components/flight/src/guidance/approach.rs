@@ -12,7 +12,7 @@
 
 use super::rendezvous::{StationIn, at_most, relative};
 use crate::orbit::orbital;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 use linkwork_world::orbit::{ClohessyWiltshire, Relative};
 
 /// State of the deputy relative to the chief, in the chief's axes (m, m/s), and the linear gravity field.

@@ -10,7 +10,7 @@
 
 use super::planet::inertial;
 use crate::orbit::{body_mu, orbital};
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Steering that reaches a height and a vertical speed: sin θ = A + B t.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -230,7 +230,7 @@ impl Model for LinearTangent {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use linkwork_runtime::PlainWorld;
+    use linkwork_surroundings::PlainWorld;
 
     const MU: f64 = 3.986_004_418e14;
 

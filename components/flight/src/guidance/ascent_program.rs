@@ -8,7 +8,7 @@
 
 use crate::program::{NextRow, Passed, Times};
 use crate::table::Curve;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Row of a pitch program.
 #[derive(Params, Clone, Debug)]
@@ -155,8 +155,8 @@ impl Model for GravityTurn {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use linkwork_runtime::PlainWorld;
-    use linkwork_runtime::testing;
+    use linkwork_surroundings::PlainWorld;
+    use linkwork_surroundings::testing;
 
     fn program(axes: Option<Site>, rows: Vec<[f64; 2]>) -> Result<PitchProgram, BuildError> {
         let world = match axes {

@@ -12,7 +12,7 @@
 
 use super::convex::{Descent, NoPlan, Node, best_plan};
 use super::powered_descent::{DescentIn, Last, Target, commanded, quadratic};
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// Lander, target and limits.
@@ -276,7 +276,7 @@ impl Model for ConvexDescent {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use linkwork_runtime::testing;
+    use linkwork_surroundings::testing;
 
     fn params() -> ConvexDescentParams {
         ConvexDescentParams {

@@ -21,9 +21,9 @@
 //! is interpolated linearly between samples; if it jumps, `accel_white` must cover half of the jump over one interval.
 
 use super::planet::Frame;
-use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
 use linkwork_spatial::nalgebra::{SMatrix, SVector};
+use linkwork_surroundings::prelude::*;
 
 /// Number of error states: position, velocity, attitude, two biases and height of the ground.
 const N: usize = 16;

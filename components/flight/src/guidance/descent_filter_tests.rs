@@ -1,8 +1,9 @@
 //! The filter over a Mars that turns: carried on, observed, consistent, refused.
 use super::*;
 use crate::guidance::planet::tests::Point;
-use linkwork_runtime::{PlainWorld, noise};
+use linkwork_runtime::noise;
 use linkwork_spatial::Pose;
+use linkwork_surroundings::PlainWorld;
 use std::sync::Arc;
 
 const MU: f64 = 4.282_837e13;

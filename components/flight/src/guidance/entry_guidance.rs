@@ -15,7 +15,7 @@ use super::entry::{ReferenceRow, Vehicle, at_speed, lift};
 use super::ground_motion::east_north_up;
 use super::planet::{Frame, over_ground};
 use crate::orbit::body_mu;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Target, reference and limits.
 #[derive(Params, Clone, Debug)]
@@ -321,7 +321,7 @@ impl Model for EntryGuidance {
 mod tests {
     use super::super::super::aerodynamics::entry::force;
     use super::*;
-    use linkwork_runtime::PlainWorld;
+    use linkwork_surroundings::PlainWorld;
 
     /// 3.71 m/s² at the surface.
     const MU: f64 = 3.71 * 3_396_190.0 * 3_396_190.0;

@@ -12,7 +12,7 @@
 
 use super::planet::Frame;
 use super::powered_descent::thrust_limits;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// End conditions and limits.
 #[derive(Params, Clone, Debug)]
@@ -163,7 +163,7 @@ impl Model for GravityTurnDescent {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use linkwork_runtime::testing;
+    use linkwork_surroundings::testing;
 
     fn params() -> GravityTurnDescentParams {
         GravityTurnDescentParams {

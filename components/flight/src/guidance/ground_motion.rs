@@ -9,7 +9,7 @@
 //! the poles east is x. The outputs are true values; use a sensor model for noise.
 
 use super::planet::{Frame, over_ground};
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Planet and reference site.
 #[derive(Params, Clone, Debug)]
@@ -149,8 +149,8 @@ impl Model for GroundMotion {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use linkwork_runtime::PlainWorld;
-    use linkwork_runtime::testing;
+    use linkwork_surroundings::PlainWorld;
+    use linkwork_surroundings::testing;
 
     #[test]
     fn what_stands_on_the_ground_stands_and_what_climbs_north_is_seen_so() {

@@ -12,8 +12,8 @@
 //! use the model at a site, and for maps that are small compared with the planet. Occlusion is not modelled. n_k is the instrument noise, one number
 //! per node of the lattice. The map costs (2 radius/spacing)² places with π (footprint/spacing)² nodes each, once.
 
-use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
+use linkwork_surroundings::prelude::*;
 
 /// Greatest number of nodes along a side of the map, because each node has its own noise channel.
 const SIDE_MAX: f64 = 4000.0;

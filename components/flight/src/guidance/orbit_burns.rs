@@ -12,7 +12,7 @@
 
 use super::planet::inertial;
 use crate::orbit::{body_mu, orbital};
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 use std::f64::consts::TAU;
 
 /// Point on the orbit.
@@ -354,7 +354,7 @@ impl Model for OrbitBurns {
 mod tests {
     use super::super::planet::tests::Point;
     use super::*;
-    use linkwork_runtime::PlainWorld;
+    use linkwork_surroundings::PlainWorld;
     use std::sync::Arc;
 
     const MU: f64 = 3.986_004_418e14;

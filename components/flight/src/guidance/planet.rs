@@ -7,8 +7,8 @@
 //! Guidance laws are implemented once, for a planet at the origin that rotates at the rate of the world. This module converts states and forces
 //! between W and these axes.
 
-use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
+use linkwork_surroundings::prelude::*;
 
 /// Returns the position from the planet's centre (m) and the inertial velocity (m/s) of a node, in the instantaneous axes of W. W is inertial with
 /// the planet at its origin, or a site.
@@ -166,7 +166,7 @@ impl Frame {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use linkwork_runtime::PlainWorld;
+    use linkwork_surroundings::PlainWorld;
     use std::sync::Arc;
 
     /// Gravity of a point mass; W is a site around it, or has its origin at its centre.

@@ -7,7 +7,7 @@
 //! ```
 //! Without limits and lag both laws reproduce the exact polynomial, so that re-evaluation during the flight does not change it.
 
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Target state.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,7 +9,7 @@
 
 use super::planet::inertial;
 use crate::orbit::orbital;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Position and gains of the law.
 #[derive(Params, Clone, Debug)]
@@ -130,7 +130,7 @@ pub(super) mod tests {
 
     /// World whose body they orbit.
     pub fn world() -> Handle<dyn World> {
-        linkwork_runtime::PlainWorld::inertial(MU, 6_378_137.0, 0.0).handle()
+        linkwork_surroundings::PlainWorld::inertial(MU, 6_378_137.0, 0.0).handle()
     }
 
     /// Integrates two spacecraft in two-body motion: the chief on a circular orbit, the deputy with an acceleration `push` (time, chief, deputy) in
@@ -197,8 +197,8 @@ pub(super) mod tests {
             start: Quat::identity(),
         };
         let of = |axes: Axes| {
-            let body = linkwork_runtime::PlainWorld::inertial(MU, 6_378_137.0, 0.0);
-            let world = linkwork_runtime::PlainWorld { axes, ..body }.handle();
+            let body = linkwork_surroundings::PlainWorld::inertial(MU, 6_378_137.0, 0.0);
+            let world = linkwork_surroundings::PlainWorld { axes, ..body }.handle();
             let p = StationParams { place, frequency, damping, mass, force_max: 1.0, world };
             StationKeeping::build(p)
         };

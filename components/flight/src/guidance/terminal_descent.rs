@@ -12,7 +12,7 @@
 use super::ground_motion::over;
 use super::planet::Frame;
 use super::powered_descent::{Target, commanded, quadratic, thrust_limits};
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Target, times and limits.
 #[derive(Params, Clone, Debug)]
@@ -222,8 +222,8 @@ impl Model for TerminalDescent {
 mod tests {
     use super::super::ground_motion::east_north_up;
     use super::*;
-    use linkwork_runtime::PlainWorld;
-    use linkwork_runtime::testing;
+    use linkwork_surroundings::PlainWorld;
+    use linkwork_surroundings::testing;
     use std::sync::Arc;
 
     const MU: f64 = 4.282_837e13;

@@ -13,8 +13,8 @@
 //! and attitude error times range. W must be a site (z up) or flat ground. Objects that are not in the map increase the misfit. The model is sampled.
 //! A sample evaluates (2 steps + 1)² map heights per echo; the 2 apart + 1 rows around the best shift are evaluated twice.
 
-use linkwork_runtime::prelude::*;
 use linkwork_spatial::nalgebra::{Matrix2, Vector2};
+use linkwork_surroundings::prelude::*;
 
 /// Lidar beams, search lattice and acceptance limits.
 #[derive(Params, Clone, Debug)]

@@ -1,6 +1,6 @@
 //! A soil for tests of parts that observe the ground but do not touch it.
 
-use linkwork_runtime::prelude::Soil;
+use linkwork_surroundings::prelude::Soil;
 
 /// Firm soil for tests whose result does not depend on the soil.
 pub fn firm() -> Soil {

@@ -6,9 +6,9 @@
 //! x_T is as close to `forward` as z_T permits. Without a force the target is the present attitude. If z_T is parallel to `forward`, x of the body is
 //! used instead, or its y. A force straight down is rotated towards `forward`, or towards x or y of W if `forward` is vertical.
 
-use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
 use linkwork_spatial::nalgebra::Rotation3;
+use linkwork_surroundings::prelude::*;
 
 /// Heading of the body and limit of the tilt.
 #[derive(Params, Clone, Debug)]

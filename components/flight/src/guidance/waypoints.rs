@@ -12,7 +12,7 @@
 //! at rest in W. W is inertial, or a site, where g includes the Coriolis acceleration.
 
 use super::rendezvous::at_most;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// A waypoint.
 #[derive(Params, Clone, Debug)]
@@ -244,7 +244,7 @@ impl Model for Waypoints {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use linkwork_runtime::testing;
+    use linkwork_surroundings::testing;
 
     const MASS: f64 = 1300.0;
     const RATE: f64 = 4e-4;

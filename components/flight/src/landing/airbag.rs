@@ -11,8 +11,8 @@
 //! pressed flat: its volume no longer decreases, and a warning is given, because the model does not know whether the hull of the lander touches the
 //! ground. Gas that has escaped does not return, so after venting a second bounce is softer.
 
-use linkwork_runtime::needs_level_ground;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::needs_level_ground;
+use linkwork_surroundings::prelude::*;
 
 /// A bag.
 #[derive(Params, Clone, Debug)]

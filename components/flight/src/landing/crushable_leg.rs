@@ -15,8 +15,8 @@
 //! same way; a foot at rest on a slope does not creep. In the air the tangential deflection z decays with the time constant d_u/k_t. Touchdown and
 //! lift-off are events. There is no ground outside the map of a terrain.
 
-use linkwork_runtime::needs_level_ground;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::needs_level_ground;
+use linkwork_surroundings::prelude::*;
 
 /// One stage of the honeycomb.
 #[derive(Params, Clone, Copy, Debug)]
@@ -287,7 +287,7 @@ impl Model for CrushableLeg {
 mod tests {
     use super::super::tip_over::crush;
     use super::*;
-    use linkwork_runtime::testing::Plane;
+    use linkwork_surroundings::testing::Plane;
 
     #[test]
     fn stages_are_soft_before_hard() {

@@ -15,7 +15,7 @@ use super::inflation::{DISK_GAP_BAND, filling_time, share};
 use crate::aerodynamics::air_data::{Outside, gravity_in_air};
 use crate::aerodynamics::gusty;
 use crate::table::Curve;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Stage of the inflation.
 #[derive(Params, Clone, Debug)]
@@ -406,7 +406,7 @@ impl Model for Canopy {
 mod tests {
     use super::super::inflation::FiniteMass;
     use super::*;
-    use linkwork_runtime::testing;
+    use linkwork_surroundings::testing;
 
     fn params(density: f64) -> CanopyParams {
         CanopyParams {

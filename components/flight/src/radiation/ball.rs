@@ -7,7 +7,7 @@
 //! The force acts at the node and gives no moment there.
 
 use super::Edges;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Shape and light.
 #[derive(Params, Clone, Debug)]
@@ -103,8 +103,8 @@ mod tests {
             let m = RadiationPressure { p: RadiationParams { area: 18.0, reflectivity: 1.3, sun } };
             let (c, u) = (Clock::at(0.0, 0.01, 0), RadiationIn { body: NodeState::identity() });
             let y = m.feedthrough(&c, &u);
-            let pressure =
-                visible * linkwork_runtime::SOLAR_CONSTANT / linkwork_runtime::SPEED_OF_LIGHT;
+            let pressure = visible * linkwork_surroundings::SOLAR_CONSTANT
+                / linkwork_surroundings::SPEED_OF_LIGHT;
             assert!((y.pressure - pressure).abs() < 1e-20 && y.visible == visible);
             assert!((y.load.force + Vec3::x() * (pressure * 1.3 * 18.0)).norm() < 1e-18);
             let g = m.guards(&c, &u);

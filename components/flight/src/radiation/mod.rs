@@ -5,7 +5,7 @@
 pub mod ball;
 pub mod panels;
 
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Edges at which the light begins to fade and at which it ends.
 #[derive(Ports, Clone, Copy, Debug)]

@@ -11,7 +11,7 @@
 use super::Edges;
 use crate::mesh::{MeshParams, some_panels};
 use linkwork_runtime::AU;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 use linkwork_world::eclipse::{planet_light, plate};
 use linkwork_world::gravity::polyhedron::Facet;
 
@@ -192,8 +192,8 @@ impl Model for PanelRadiation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use linkwork_runtime::{PlainWorld, SPEED_OF_LIGHT};
     use linkwork_spatial::Quat;
+    use linkwork_surroundings::{PlainWorld, SPEED_OF_LIGHT};
     use std::sync::Arc;
 
     const RADIUS: f64 = 6_378_137.0;

@@ -15,7 +15,7 @@ pub use soil::WheelSoilQuasiStatic;
 
 use crate::rigid_contact::Hub;
 use crate::wheel_rigid::hub_of;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 
 /// Reference speed for the slip of a parked wheel, m/s.
 const PARKED: f64 = 1e-8;

@@ -3,8 +3,8 @@
 use crate::grousers::Grousers;
 use crate::multipass::{Rut, Unloading};
 use crate::scm::shape::{Presser, Under};
-use linkwork_runtime::prelude::Soil;
 use linkwork_spatial::Vec3;
+use linkwork_surroundings::prelude::Soil;
 use serde::{Deserialize, Serialize};
 
 /// A node of the ground. The default is an undisturbed node.

@@ -7,7 +7,7 @@ use crate::scm::contact::{Damping, GroundLoad, Law, Node, Sum};
 use crate::scm::heap::{Heap, Heaps};
 use crate::scm::shape::{Form, Presser};
 use crate::tiles;
-use linkwork_runtime::prelude::*;
+use linkwork_surroundings::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 

@@ -7,7 +7,7 @@ use crate::scm::contact::Damping;
 use crate::terramechanics::Motion;
 use crate::test_soils::{golden_wheel, lunar};
 use crate::wheel_rigid::tests::plane;
-use linkwork_runtime::testing::Plane;
+use linkwork_surroundings::testing::Plane;
 
 const NONE: Damping = Damping { shear: 0.0, normal: 0.0 };
 const USUAL: Damping = Damping { shear: 0.02, normal: 4.0 };

@@ -7,8 +7,9 @@ use crate::schema::record::{Presence, Record, of, record};
 use crate::text::report::Cx;
 use crate::text::value::Text;
 use linkwork_multibody::{Hinge, Subhinge, SubhingeKind};
-use linkwork_runtime::{Anomaly, Located, Start, StartFrame, TwoLineSource, Value};
+use linkwork_runtime::{Located, Value};
 use linkwork_spatial::{Quat, Vec3};
+use linkwork_surroundings::{Anomaly, Start, StartFrame, TwoLineSource};
 use std::f64::consts::FRAC_PI_2;
 
 record! {

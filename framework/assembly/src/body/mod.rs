@@ -19,8 +19,9 @@ use crate::schema::record::{Presence, Record, of, record};
 use crate::text::report::Cx;
 use crate::text::value::Text;
 use linkwork_multibody::{Coordinate, Hinge, Modes, SubhingeKind};
-use linkwork_runtime::{Located, Origin, Start};
+use linkwork_runtime::{Located, Origin};
 use linkwork_spatial::{MassProperties, Pose, Vec3};
+use linkwork_surroundings::Start;
 
 record! {
     /// A body, without its mass and the drive of its hinge.

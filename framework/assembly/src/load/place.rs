@@ -4,8 +4,9 @@ use crate::text::patterns::path_matches;
 use crate::text::value::Text;
 use linkwork_multibody::Multibody;
 use linkwork_plant::{KinematicSpec, Placed, Placement, PlanExt, place_on_terrain, settle_placed};
-use linkwork_runtime::{Fault, Handle, Plan, Terrain, remedy};
+use linkwork_runtime::{Fault, Handle, Plan, remedy};
 use linkwork_solvers::Vehicle;
+use linkwork_surroundings::Terrain;
 
 /// Places machines on their ground: first until their wheels just touch, then until they rest. Names may contain `*`.
 ///

@@ -18,9 +18,10 @@ use crate::text::value::{full_name, outer};
 use linkwork_collision::{ColliderSpec, Colliders, Shape, VisualShape};
 use linkwork_multibody::{BodySpec, Builder, Loop, LoopMotion, Modes, Multibody};
 use linkwork_plant::{ContactSpec, MechanismSpec};
-use linkwork_runtime::{BodyStart, Located, Origin, PLAIN, Scenery, Sight};
+use linkwork_runtime::{Located, Origin};
 use linkwork_solvers::FixedValues;
 use linkwork_spatial::Pose;
+use linkwork_surroundings::{BodyStart, PLAIN, Scenery, Sight};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 

@@ -1,8 +1,9 @@
 //! Conversion from the axes of a table to W.
 use super::form::{Attitude, Axes, BodyForm, PlanetForm, Position, Telemetry};
-use linkwork_runtime::{Fault, Site};
+use linkwork_runtime::Fault;
 use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Pose, Quat, Vec3};
+use linkwork_surroundings::Site;
 use linkwork_world::planet::{Ellipsoid, Geodetic};
 
 /// Pose of the planet of a table in W.

@@ -8,8 +8,9 @@ use linkwork_assembly::Failure;
 use linkwork_dynamics::{Workspace, kinematics};
 use linkwork_multibody::Multibody;
 use linkwork_plant::PlanExt;
-use linkwork_runtime::{Fault, Plan, Program, Seconds, ServiceObject, Site, Unit, remedy};
+use linkwork_runtime::{Fault, Plan, Program, Seconds, Unit, remedy};
 use linkwork_spatial::{Pose, Quat};
+use linkwork_surroundings::{Site, site_of};
 use linkwork_viz::{ExternalData, InUnit, Panel, Player, Scene, Shape, View, VizError};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -56,7 +57,7 @@ impl Start {
 }
 
 fn site(plan: &Plan) -> Option<Site> {
-    plan.services.iter().find_map(|(_, o): (&str, &ServiceObject)| o.axes().site())
+    site_of(&plan.services)
 }
 
 /// Reads the table for a program, and looks up in the program what the file names.

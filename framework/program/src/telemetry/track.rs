@@ -3,9 +3,10 @@ use super::form::{BodyForm, Column, CurveForm, Position, Telemetry, Turn};
 use super::frames::Frames;
 use linkwork_assembly::Failure;
 use linkwork_record::Table;
-use linkwork_runtime::{Fault, Origin, Site};
+use linkwork_runtime::{Fault, Origin};
 use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Quat, Vec3};
+use linkwork_surroundings::Site;
 
 /// Rows closer in time than this are at the same instant (s), because times in logs are rounded to nanoseconds.
 const INSTANT: f64 = 1.5e-9;

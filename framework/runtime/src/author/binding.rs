@@ -1,6 +1,9 @@
 //! Bindings of parts to the machine.
 use crate::author::value::Origin;
 
+/// Prefix of the name of a binding whose name contains its target: `node:/Rover/Mast`.
+pub const TO_NODE: &str = "node:/";
+
 /// A binding of a part to a node or a hinge coordinate of the mechanism.
 #[derive(Clone, Debug)]
 pub struct BindSpec {

@@ -3,8 +3,7 @@
 use crate::author::binding::BindSpec;
 use crate::author::block::Prototype;
 use crate::author::ports::PortSpec;
-use crate::author::scenery::Scenery;
-use crate::author::services::Services;
+use crate::author::services::{ServiceObject, Services};
 use crate::author::setting::Setting;
 use crate::author::value::{Fault, Origin};
 use std::any::Any;
@@ -29,8 +28,10 @@ pub trait Host: Any + Send + Sync {
     fn settings(&self) -> Vec<Setting> {
         Vec::new()
     }
-    /// Returns the visible shapes.
-    fn scenery(&self) -> Scenery;
+    /// Returns a service that parameters of models can read ([`Services::of_host`]).
+    fn service(&self) -> Option<ServiceObject> {
+        None
+    }
     /// A copy.
     fn boxed(&self) -> Box<dyn Host>;
 }

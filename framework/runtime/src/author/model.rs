@@ -84,7 +84,7 @@ pub trait Model: Sized + Send + Sync + 'static {
     const DOC: &'static str;
     /// Functions that the model has.
     const FUNCTIONS: Functions;
-    /// The model assumes that the axes of the world frame W are inertial; it is rejected if W is a [`Site`](crate::Site) of a planet.
+    /// The model assumes that the axes of the world frame W are inertial; it is rejected if W rotates with a planet.
     const INERTIAL: bool = false;
     /// Its outputs have jumps or corners, and its discrete state selects the present smooth piece. Within a step the
     /// piece is kept, also beyond its end; a guard ends the step there and `handle_event` changes the piece. [`Model::mode`] returns

@@ -1,9 +1,8 @@
 //! Parameters: reading them from located values with units, ranges and defaults, and converting them back to values.
 use crate::author::files::Files;
-use crate::author::services::{Handle, Services};
+use crate::author::services::Services;
 use crate::author::units::{Unit, split_quantity};
 use crate::author::value::{Fault, IntoValue, Located, Origin, Value, remedy};
-use crate::author::world::World;
 use linkwork_names::nearest;
 use linkwork_spatial::Vec3;
 use std::ops::{Range as StdRange, RangeFrom, RangeInclusive, RangeTo, RangeToInclusive};
@@ -89,11 +88,13 @@ pub struct ParamSpec {
     pub service: bool,
 }
 
+/// The kind of a parameter that is the world of the simulation.
+const WORLD: &str = "path of a world service";
+
 /// Returns the replacement of a parameter that many models had before `world` existed. A name that has another meaning in other models (the radius of
 /// a wheel) counts as a property of the planet only in models that use the world.
 fn moved(key: &str, specs: &[ParamSpec]) -> Option<String> {
-    let world = <Handle<dyn World> as Param>::kind();
-    let of_planet = specs.iter().any(|s| s.kind.starts_with(&world));
+    let of_planet = specs.iter().any(|s| s.kind.starts_with(WORLD));
     let field = match key {
         "planet" => "body: .., epoch: .., site: (..)",
         "planet_radius" | "ground_radius" => "body: .., radius: ..",

@@ -2,7 +2,6 @@
 //!
 //! A library defines a kind with a trait and an implementation of [`Provided`] for its trait object.
 use crate::author::error::BuildError;
-use crate::author::scenery::Scenery;
 use crate::author::value::remedy;
 use linkwork_spatial::Vec3;
 use std::any::{Any, TypeId};
@@ -34,6 +33,29 @@ pub trait Provided: Send + Sync + 'static {
     fn out_of_range(&self, _t: f64, _p: Vec3) -> Option<BuildError> {
         None
     }
+    /// Returns whether W rotates according to this service; a model that assumes inertial axes is then rejected.
+    fn rotates(&self) -> bool {
+        false
+    }
+    /// Returns the contradictions between this service, which is built at `path`, and the others of the simulation.
+    fn contradictions(&self, _path: &str, _services: &Services) -> Vec<Contradiction> {
+        Vec::new()
+    }
+    /// Returns the content as a text, for the hash of a plan with parts that read a service of the [`Host`](crate::Host).
+    fn fingerprint(&self) -> String {
+        String::new()
+    }
+}
+
+/// Services of a simulation contradict each other.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Contradiction {
+    /// Path of the service at fault.
+    pub path: String,
+    /// What it contradicts.
+    pub fact: String,
+    /// The remedy.
+    pub help: String,
 }
 
 /// Kind of a service: a trait that services provide.
@@ -83,6 +105,9 @@ trait Object: Any + Send + Sync {
     fn kind(&self) -> ServiceKind;
     fn failure(&self, t: f64) -> Option<BuildError>;
     fn out_of_range(&self, t: f64, p: Vec3) -> Option<BuildError>;
+    fn rotates(&self) -> bool;
+    fn contradictions(&self, path: &str, services: &Services) -> Vec<Contradiction>;
+    fn fingerprint(&self) -> String;
 }
 
 /// A shared trait object as a sized type, because only sized types can be found by their type.
@@ -97,6 +122,15 @@ impl<T: ?Sized + Provided> Object for Shared<T> {
     }
     fn out_of_range(&self, t: f64, p: Vec3) -> Option<BuildError> {
         Provided::out_of_range(&*self.0, t, p)
+    }
+    fn rotates(&self) -> bool {
+        self.0.rotates()
+    }
+    fn contradictions(&self, path: &str, services: &Services) -> Vec<Contradiction> {
+        self.0.contradictions(path, services)
+    }
+    fn fingerprint(&self) -> String {
+        self.0.fingerprint()
     }
 }
 
@@ -171,14 +205,35 @@ pub struct Services {
     objects: BTreeMap<String, ServiceObject>,
     /// Services with errors: their absence is not reported as a second error.
     pub(crate) failed: Vec<(String, ServiceKind)>,
-    /// Visible scene.
-    pub(crate) scenery: Scenery,
+    /// The service of the host, which has no path.
+    of_host: Option<ServiceObject>,
 }
 
 impl Services {
-    /// Creates an empty set of services with a visible scene.
-    pub(crate) fn seeing(scenery: Scenery) -> Self {
-        Services { scenery, ..Services::default() }
+    /// Creates a set that contains only the service of the host.
+    pub(crate) fn with_host(of_host: Option<ServiceObject>) -> Self {
+        Services { of_host, ..Services::default() }
+    }
+
+    /// Returns the service of the host, if it has this kind.
+    pub fn of_host<T: ?Sized + Provided>(&self) -> Option<&Arc<T>> {
+        self.of_host.as_ref()?.get()
+    }
+
+    /// Returns the content of the service of the host as a text, if this predicate holds for its kind.
+    pub(crate) fn fingerprint_of_host(&self, is_read: impl Fn(ServiceKind) -> bool) -> String {
+        let read = self.of_host.as_ref().filter(|object| is_read(object.kind()));
+        read.map_or_else(String::new, |object| object.0.fingerprint())
+    }
+
+    /// Returns the path of the first service according to which W rotates.
+    pub fn rotating(&self) -> Option<&str> {
+        self.iter().find(|(_, object)| object.0.rotates()).map(|(path, _)| path)
+    }
+
+    /// Returns all contradictions between the services.
+    pub fn contradictions(&self) -> Vec<Contradiction> {
+        self.iter().flat_map(|(path, object)| object.0.contradictions(path, self)).collect()
     }
 
     /// Adds a service.

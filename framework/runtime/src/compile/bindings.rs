@@ -1,11 +1,10 @@
 //! Bindings: they are collected with the ports that they serve, and passed to the host.
 use super::connections::Connections;
 use super::part::Part;
-use crate::author::binding::{BindSpec, BindTarget};
+use crate::author::binding::{BindSpec, BindTarget, TO_NODE};
 use crate::author::block::{Prototype, Wiring};
 use crate::author::host::{Bound, End, Lowering};
 use crate::author::ports::{PortKind, PortSpec};
-use crate::author::scenery::TO_NODE;
 use crate::author::services::Services;
 use crate::author::shown::BINDING;
 use crate::author::value::{Fault, Value, remedy};

@@ -32,7 +32,7 @@ use crate::author::host::{HostWire, Lowering};
 use crate::author::model::lanes;
 use crate::author::noise;
 use crate::author::params::ReadCx;
-use crate::author::services::{ServiceKind, Services};
+use crate::author::services::{Contradiction, ServiceKind, Services};
 use crate::author::setting::{Setting, without_effect};
 use crate::author::time::Seconds;
 use crate::author::value::{Fault, Faults, Origin};
@@ -278,9 +278,8 @@ fn build_services(
     files: &Files,
     faults: &mut Vec<Fault>,
 ) -> Services {
-    let scenery = spec.host.as_ref().map(|h| h.scenery()).unwrap_or_default();
-    let mut services = Services::seeing(scenery);
-    // The world comes first: the others take constants, date and axes from it.
+    let mut services = Services::with_host(spec.host.as_ref().and_then(|h| h.service()));
+    // The others may read it.
     let is_world = |e: &Entry| e.service_kind().is_some_and(ServiceKind::is_first);
     let worlds: Vec<_> = entries.iter().filter(|(_, e)| is_world(e)).collect();
     let stated = |part: &PartSpec| format!("{} {}", part.model, part.params.value);
@@ -296,7 +295,6 @@ fn build_services(
     let mut world_text = String::new();
     for (part, entry) in worlds.first().into_iter().copied().chain(rest) {
         let files = files.first(part.folder.as_deref());
-        let world = services.world();
         let mut cx = ReadCx::new(&part.path, &services);
         let object = made::service(part, entry, (&world_text, &files), &mut cx);
         let found = std::mem::take(&mut cx.faults);
@@ -305,12 +303,12 @@ fn build_services(
         } else if let Some(kind) = entry.service_kind() {
             services.failed.push((part.path.clone(), kind));
         }
-        if world.is_none() && is_world(entry) {
+        if is_world(entry) {
             world_text = format!("{} {:?}", stated(part), made::read_by(part, &files));
         }
         faults.append(&mut located(found, part));
     }
-    for (path, fact, help) in services.at_odds() {
+    for Contradiction { path, fact, help } in services.contradictions() {
         let origin = entries.iter().find(|(p, _)| p.path == path).map(|(p, _)| p.origin);
         let fault = Fault::new(origin.unwrap_or(Origin::NONE), format!("`{path}`: {fact}"));
         faults.push(fault.help(help));
@@ -325,12 +323,12 @@ fn build_models<'a>(
     (faults, warnings): (&mut Vec<Fault>, &mut Vec<Fault>),
 ) -> Vec<Part<'a>> {
     let mut parts = Vec::new();
-    let site = services.in_a_site();
+    let site = services.rotating();
     for (part, entry) in entries.iter().filter(|(_, e)| e.service_kind().is_none()) {
         let mut cx = ReadCx::new(&part.path, services);
         cx.files = files.first(part.folder.as_deref());
         if let Some(prototype) = entry.make_model(&part.params, &mut cx) {
-            if let (true, Some(site)) = (prototype.description().inertial, &site) {
+            if let (true, Some(site)) = (prototype.description().inertial, site) {
                 let fact = format!(
                     "`{}` ({}) assumes that W is inertial, but according to `{site}` it is a site on a planet",
                     part.path, part.model
@@ -408,16 +406,11 @@ fn identity(
     for field in fields {
         after += &format!("{field:?}\n");
     }
-    let sees = |p: &Part<'_>| {
-        p.prototype
-            .description()
-            .params
-            .iter()
-            .any(|spec| spec.kind == crate::author::scenery::KIND)
+    let is_read = |kind: ServiceKind| {
+        let params = parts.iter().flat_map(|p| &p.prototype.description().params);
+        params.into_iter().any(|spec| spec.kind == kind.text())
     };
-    if parts.iter().any(sees) {
-        after += &services.scenery.fingerprint();
-    }
+    after += &services.fingerprint_of_host(is_read);
     for when in whens {
         after += &format!("{} {}\n", when.to, when.when);
     }

@@ -1,8 +1,8 @@
 //! Toy models and a short way to write specifications.
 #![allow(dead_code, clippy::unwrap_used)]
-use linkwork_runtime::prelude::*;
 use linkwork_runtime::*;
 use linkwork_spatial::Vec3;
+use linkwork_surroundings::prelude::*;
 use std::sync::Arc;
 
 /// A number.
@@ -231,7 +231,7 @@ pub struct GravityParams {
     pub g: Vec3,
 }
 pub struct Uniform(Vec3);
-impl linkwork_runtime::Gravity for Uniform {
+impl linkwork_surroundings::Gravity for Uniform {
     fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
         self.0
     }

@@ -1,8 +1,8 @@
 //! Tests of starts by two-line elements and ephemeris messages: against python-sgp4 with Astropy, and against a circular orbit.
 
 use crate::world::{Centre, PlanetWorld, WorldParams};
-use linkwork_runtime::prelude::*;
-use linkwork_runtime::{Start, StartFrame, TwoLineSource};
+use linkwork_surroundings::prelude::*;
+use linkwork_surroundings::{Start, StartFrame, TwoLineSource};
 use linkwork_world::spatial::Mat3;
 
 const ISS: [&str; 2] = [

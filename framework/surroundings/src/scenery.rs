@@ -1,18 +1,17 @@
 //! Visible scene: the shapes of the bodies, for cameras and lidars.
-use crate::author::pattern;
-use crate::author::ports::{Lane, NodeState, PortKind, PortSpec};
 use linkwork_collision::VisualShape;
+use linkwork_runtime::{
+    Fault, Lane, Located, NodeState, Param, ParamSpec, PortKind, PortSpec, Provided, ReadCx,
+    TO_NODE, Value, pattern, remedy,
+};
 use linkwork_spatial::Pose;
 use std::sync::Arc;
 
-/// Prefix of the name of a binding whose name contains its target: `node:/Rover/Mast`.
-pub(crate) const TO_NODE: &str = "node:/";
-
 /// Kind of parameters that contain a scenery.
-pub(crate) const KIND: &str = "list of patterns of bodies";
+const KIND: &str = "list of patterns of bodies";
 
 /// Name of the immovable body.
-pub(crate) const WORLD: &str = "world";
+const WORLD: &str = "world";
 
 /// A shape on a body.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,13 +34,13 @@ pub struct Sight {
 /// with [`Scenery::poses`].
 #[derive(Clone, Debug, Default)]
 pub struct Scenery {
-    pub(crate) shapes: Arc<Vec<Sight>>,
+    shapes: Arc<Vec<Sight>>,
     /// Full names of the bodies that move and have shapes, each once, in order.
-    pub(crate) bodies: Arc<Vec<String>>,
+    bodies: Arc<Vec<String>>,
     /// For each shape the index of its body; `None`: the world.
     places: Arc<Vec<Option<usize>>>,
     /// Patterns as written; `None`: all.
-    pub(crate) only: Option<Vec<String>>,
+    only: Option<Vec<String>>,
 }
 
 impl Scenery {
@@ -91,16 +90,53 @@ impl Scenery {
         })
     }
 
-    /// Returns the shapes as a text, for the hash of a plan with parts that see them.
-    pub(crate) fn fingerprint(&self) -> String {
-        format!("{:?}\n", self.shapes)
-    }
-
     /// Returns the shapes on bodies that the patterns match.
-    pub(crate) fn only(&self, patterns: Vec<String>) -> Self {
+    fn only(&self, patterns: Vec<String>) -> Self {
         let named = |s: &&Sight| patterns.iter().any(|p| pattern::path_matches(p, &s.body));
         let shapes = self.shapes.iter().filter(named).cloned().collect();
         Self { only: Some(patterns), ..Self::of(shapes) }
+    }
+}
+
+/// The mechanism provides the shapes of its bodies.
+impl Provided for Scenery {
+    const WORD: &'static str = KIND;
+    fn fingerprint(&self) -> String {
+        format!("{:?}\n", self.shapes)
+    }
+}
+
+impl Scenery {
+    /// Returns the shapes of all bodies of the simulation.
+    fn all(cx: &ReadCx<'_>) -> Scenery {
+        cx.services.of_host::<Scenery>().map_or_else(Scenery::default, |all| (**all).clone())
+    }
+}
+
+impl Param for Scenery {
+    fn kind() -> String {
+        KIND.into()
+    }
+    fn read(v: &Located, spec: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<Self> {
+        let patterns = Vec::<String>::read(v, spec, cx)?;
+        let all = Self::all(cx);
+        let names: Vec<&str> = all.shapes.iter().map(|s| s.body.as_str()).collect();
+        let nobody = |p: &&String| !names.iter().any(|n| pattern::path_matches(p, n));
+        // Without a specification the scenery is empty, and names cannot be checked.
+        if let Some(stray) = patterns.iter().find(nobody).filter(|_| !names.is_empty()) {
+            let fact = format!("`{}.{}`: no body with a shape is `{stray}`", cx.path, spec.name);
+            let known: Vec<&str> = all.bodies.iter().map(String::as_str).chain([WORLD]).collect();
+            cx.faults.push(Fault::new(v.origin, fact).help(remedy(stray, "bodies", &known)));
+            return None;
+        }
+        Some(all.only(patterns))
+    }
+    fn missing(_: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<Option<Self>> {
+        Some(Some(Self::all(cx)))
+    }
+    /// Returns the patterns; without any, the pattern that matches everything.
+    fn show(&self) -> Value {
+        self.only.clone().unwrap_or_else(|| vec!["**".into()]).show()
     }
 }
 

@@ -1,5 +1,5 @@
 //! Start of a free body whose position is not written in the axes of W: on an orbit, in named axes, or over the ground.
-use crate::author::value::Origin;
+use linkwork_runtime::Origin;
 use linkwork_spatial::Vec3;
 
 /// Axes in which a position and a velocity are written, origin at the centre of the world's body.

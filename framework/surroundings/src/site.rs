@@ -10,7 +10,7 @@
 //! depend on motion, for each body with its own velocity and spin, exactly.
 //!
 //! [`Gravity::site`]: crate::Gravity::site
-use crate::author::ports::NodeState;
+use linkwork_runtime::NodeState;
 use linkwork_spatial::{Pose, Quat, Vec3};
 
 /// Position of W on its planet, and the planet's rotation rate.

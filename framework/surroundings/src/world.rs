@@ -8,12 +8,13 @@
 //! W level      a site whose rotation is left out of the dynamics: level ground, with the Sun of that place
 //! no world     level ground without a planet, or empty space
 //! ```
-use crate::author::error::BuildError;
-use crate::author::services::Provided;
-use crate::author::site::{Axes, Site};
-use crate::author::start::Start;
+use crate::contradictions;
+use crate::site::{Axes, Site};
+use crate::start::Start;
+use linkwork_runtime::{BuildError, Contradiction, Handle, Provided, Services};
 use linkwork_spatial::{Quat, Vec3};
 use std::any::Any;
+use std::sync::Arc;
 
 /// A place on a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,6 +81,12 @@ impl Provided for dyn World {
     fn failure(&self, t: f64) -> Option<BuildError> {
         World::failure(self, t)
     }
+    fn rotates(&self) -> bool {
+        self.axes().site().is_some()
+    }
+    fn contradictions(&self, path: &str, services: &Services) -> Vec<Contradiction> {
+        contradictions::of_world(path, self.axes(), services).into_iter().collect()
+    }
 }
 
 /// A body that rotates at a constant rate about z of its own axes, without a date; for programs and tests.
@@ -108,6 +115,12 @@ impl PlainWorld {
     #[must_use]
     pub fn of_site(mu: f64, radius: f64, site: Site) -> Self {
         PlainWorld { mu, radius, rate: 0.0, start: Quat::identity(), axes: Axes::Site(site) }
+    }
+
+    /// Returns the world as a service.
+    #[must_use]
+    pub fn handle(self) -> Handle<dyn World> {
+        Handle::new("world", Arc::new(self) as Arc<dyn World>)
     }
 }
 
@@ -150,5 +163,33 @@ impl World for PlainWorld {
     }
     fn as_any(&self) -> &dyn Any {
         self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_are_those_of_a_body_that_rotates() {
+        let world = PlainWorld {
+            start: Quat::from_scaled_axis(Vec3::x() * 0.5),
+            ..PlainWorld::inertial(1.0, 1e6, 1e-3)
+        };
+        for (t, latitude, longitude) in [(0.0, 0.4, 1.0), (700.0, -0.9, -2.0)] {
+            let in_planet = Vec3::new(
+                f64::cos(latitude) * f64::cos(longitude),
+                f64::cos(latitude) * f64::sin(longitude),
+                f64::sin(latitude),
+            );
+            let p = world.planet_axes(t) * (in_planet * 1.5e6);
+            let got = world.geographic(t, p).unwrap();
+            assert!((got.latitude - latitude).abs() < 1e-12 && (got.altitude - 5e5).abs() < 1e-6);
+            assert!((got.longitude - longitude).abs() < 1e-12);
+            // `planet_rate` must be the rate of rotation of `planet_axes`.
+            let turned = world.planet_axes(t + 0.5) * world.planet_axes(t - 0.5).inverse();
+            assert!((turned.scaled_axis() - world.planet_rate(t)).norm() < 1e-12);
+        }
+        assert!(world.geographic(0.0, Vec3::zeros()).is_none());
     }
 }

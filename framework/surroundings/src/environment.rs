@@ -1,11 +1,10 @@
 //! Kinds of services for the surroundings of machines: terrain, gravity, atmosphere, Sun. Models query them at points.
 //!
 //! W is the simulation's frame: inertial, or a [`Site`]: then z is up, x east, y north.
-use crate::author::error::BuildError;
-use crate::author::services::Provided;
-use crate::author::site::{Axes, Site};
-use crate::author::units::AU;
+use crate::contradictions;
+use crate::site::{Axes, Site};
 use linkwork_collision::relief::{GridFault, Lattice, Relief};
+use linkwork_runtime::{AU, BuildError, Contradiction, Provided, Services};
 use linkwork_spatial::{Mat3, Vec3};
 
 /// The ground under a point.
@@ -255,7 +254,7 @@ pub struct Air {
 pub trait Atmosphere: Send + Sync {
     /// Returns the air at p (m), W.
     fn air(&self, t: f64, p: Vec3) -> Air;
-    /// Returns an error if p (m, W) lies outside the range of its data, and whether the run [stops](crate::BuildError::stops) there. It is evaluated
+    /// Returns an error if p (m, W) lies outside the range of its data, and whether the run [stops](linkwork_runtime::BuildError::stops) there. It is evaluated
     /// at each row for the nodes of the parts that use the atmosphere.
     fn out_of_range(&self, _t: f64, _p: Vec3) -> Option<BuildError> {
         None
@@ -356,12 +355,21 @@ impl Provided for dyn Terrain {
     fn out_of_range(&self, _t: f64, p: Vec3) -> Option<BuildError> {
         Terrain::out_of_range(self, p)
     }
+    fn contradictions(&self, path: &str, services: &Services) -> Vec<Contradiction> {
+        contradictions::of_terrain(path, services).into_iter().collect()
+    }
 }
 
 impl Provided for dyn Gravity {
     const WORD: &'static str = "gravity";
     fn failure(&self, t: f64) -> Option<BuildError> {
         Gravity::failure(self, t)
+    }
+    fn rotates(&self) -> bool {
+        Gravity::site(self).is_some()
+    }
+    fn contradictions(&self, path: &str, services: &Services) -> Vec<Contradiction> {
+        contradictions::of_gravity(path, self.axes(), services).into_iter().collect()
     }
 }
 
