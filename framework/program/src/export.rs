@@ -6,53 +6,58 @@ use crate::{exit, load};
 use clap::Args;
 use linkwork_assembly::Failure;
 use linkwork_fmi::{Export, export as write, find_library};
-use linkwork_record::{End, ExportError, Exported, LogError, export_parquet};
+use linkwork_record::{End, ExportError, Exported, LogError, TableFormat, export_table};
 use std::path::{Path, PathBuf};
 
 /// Options of an export.
 #[derive(Args, Clone, Debug, Default)]
 pub struct ExportOptions {
     /// Write a simulation as an FMI unit to this file, e.g. ball.fmu.
-    #[arg(long, value_name = "FILE", conflicts_with = "parquet")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["parquet", "csv"])]
     pub fmu: Option<PathBuf>,
-    /// Write a log as a table to this file, e.g. run.parquet: a row per instant, a column per variable.
+    /// Write a log as a Parquet table to this file, e.g. run.parquet: a row per instant, a column per variable.
     #[arg(long, value_name = "FILE")]
     pub parquet: Option<PathBuf>,
+    /// Write a log as the same table in CSV to this file, e.g. run.csv.
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
     /// Inputs of the unit, by pattern (repeatable); they must be unconnected (default: all).
-    #[arg(long = "input", value_name = "PATTERN", conflicts_with = "parquet")]
+    #[arg(long = "input", value_name = "PATTERN", conflicts_with_all = ["parquet", "csv"])]
     pub inputs: Vec<String>,
     /// Outputs of the unit, by pattern (repeatable; default: the variables that the simulation logs).
-    #[arg(long = "output", value_name = "PATTERN", conflicts_with = "parquet")]
+    #[arg(long = "output", value_name = "PATTERN", conflicts_with_all = ["parquet", "csv"])]
     pub outputs: Vec<String>,
     /// Shared library of the unit (default: the one next to this program).
-    #[arg(long, value_name = "FILE", conflicts_with = "parquet")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["parquet", "csv"])]
     pub library: Option<PathBuf>,
     /// Set a parameter of the simulation (repeatable).
-    #[arg(long = "set", value_name = "PATH=VALUE", conflicts_with = "parquet")]
+    #[arg(long = "set", value_name = "PATH=VALUE", conflicts_with_all = ["parquet", "csv"])]
     pub set: Vec<String>,
 }
 
 /// Writes the unit or the table.
 pub fn export(from: &Path, options: &ExportOptions) -> u8 {
-    match (&options.fmu, &options.parquet) {
-        (Some(fmu), _) => unit(from, fmu, options),
-        (_, Some(parquet)) => table(from, parquet),
-        (None, None) => {
-            tell!(
-                "error: the output format is missing\n  help: give --fmu FILE for a simulation, --parquet FILE for a log"
-            );
-            exit::INPUT
-        }
+    if let Some(fmu) = &options.fmu {
+        return unit(from, fmu, options);
     }
+    let parquet = options.parquet.iter().map(|to| (to, TableFormat::Parquet));
+    let csv = options.csv.iter().map(|to| (to, TableFormat::Csv));
+    let codes = parquet.chain(csv).map(|(to, format)| table(from, to, format));
+    codes.max().unwrap_or_else(|| {
+        tell!(
+            "error: the output format is missing\n  help: give --fmu FILE for a simulation, --parquet FILE or --csv FILE for a log"
+        );
+        exit::INPUT
+    })
 }
 
-fn table(log: &Path, to: &Path) -> u8 {
+fn table(log: &Path, to: &Path, format: TableFormat) -> u8 {
     if same(log, to) {
         let log = log.display();
         tell!("error: `{log}` is the log itself\n  help: choose another file for the table");
         return exit::INPUT;
     }
-    match export_parquet(log, to) {
+    match export_table(log, to, format) {
         Ok(Exported { rows, variables, end }) => {
             if let End::Cut { at } = end {
                 tell!(

@@ -210,9 +210,9 @@ enum Command {
         #[arg(long, value_enum, default_value_t = GraphFormat::Dot)]
         format: GraphFormat,
     },
-    /// Write a simulation as a co-simulation unit of FMI 3.0, or a log as a Parquet table, for other programs.
+    /// Write a simulation as a co-simulation unit of FMI 3.0, or a log as a table (Parquet, CSV), for other programs.
     Export {
-        /// With --fmu: a sim.ron file, or its folder. With --parquet: a .mcap file that a run wrote.
+        /// With --fmu: a sim.ron file, or its folder. With --parquet or --csv: a .mcap file that a run wrote.
         from: PathBuf,
         #[command(flatten)]
         options: ExportOptions,

@@ -48,13 +48,22 @@ const HELD: usize = 1 << 21;
 /// Title of the column of times.
 const TIME: &str = "time [s]";
 
-/// Writes the variables of a log as Parquet: `time [s]` and a column `PART.FIELD [UNIT]` for each variable, sorted by name, with null at instants
-/// without a value. Configuration, seed and versions are in the file's metadata, under `linkwork.configuration` and `linkwork.NAME`. Poses, and
+/// Format of an exported table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TableFormat {
+    /// Parquet, with configuration, seed and versions in the file's metadata, under `linkwork.configuration` and `linkwork.NAME`; null where an
+    /// instant has no value.
+    Parquet,
+    /// CSV with one line of titles; an empty cell where an instant has no value. Numbers have all digits that are needed to read them exactly.
+    Csv,
+}
+
+/// Writes the variables of a log as a table: `time [s]` and a column `PART.FIELD [UNIT]` for each variable, sorted by name. Poses, and
 /// variables that were set from outside, are not exported. The log is read twice and never completely in memory.
 ///
 /// # Errors
 /// [`ExportError`]. No file is written then, and an existing file is not changed.
-pub fn export_parquet(log: &Path, to: &Path) -> Result<Exported, ExportError> {
+pub fn export_table(log: &Path, to: &Path, format: TableFormat) -> Result<Exported, ExportError> {
     let write = |why: String| ExportError::Write { path: to.display().to_string(), why };
     let head = Head::read(log)?;
     if head.units.is_empty() {
@@ -66,7 +75,7 @@ pub fn export_parquet(log: &Path, to: &Path) -> Result<Exported, ExportError> {
     beside.push(".part");
     let beside = Path::new(&beside);
     let made = File::create(beside).map_err(|e| write(e.to_string())).and_then(|file| {
-        let done = head.table(log, BufWriter::new(file), &write)?;
+        let done = head.table(log, BufWriter::new(file), format, &write)?;
         std::fs::rename(beside, to).map_err(|e| write(e.to_string()))?;
         // Systems on which folders cannot be opened make the rename durable themselves.
         if let Ok(folder) = File::open(folder) {
@@ -124,14 +133,25 @@ impl Head {
         &self,
         log: &Path,
         out: BufWriter<File>,
+        format: TableFormat,
         write: &dyn Fn(String) -> ExportError,
     ) -> Result<Exported, ExportError> {
         let titles: Vec<String> =
             self.units.iter().map(|(name, unit)| titled(name, unit)).collect();
-        let like = titles.iter().map(|title| (title.as_str(), Cells::Sparse(&[])));
-        let like = std::iter::once((TIME, Cells::Number(&[]))).chain(like);
-        let about = self.about.iter().map(|(k, v)| (format!("linkwork.{k}"), v.clone()));
-        let mut file = ParquetFile::new(out, "log", like, about).map_err(write)?;
+        let mut file = match format {
+            TableFormat::Parquet => {
+                let like = titles.iter().map(|title| (title.as_str(), Cells::Sparse(&[])));
+                let like = std::iter::once((TIME, Cells::Number(&[]))).chain(like);
+                let about = self.about.iter().map(|(k, v)| (format!("linkwork.{k}"), v.clone()));
+                TableFile::Parquet(ParquetFile::new(out, "log", like, about).map_err(write)?)
+            }
+            TableFormat::Csv => {
+                let mut file = csv::Writer::from_writer(out);
+                let line = std::iter::once(TIME).chain(titles.iter().map(String::as_str));
+                file.write_record(line).map_err(|e| write(e.to_string()))?;
+                TableFile::Csv(file)
+            }
+        };
         let of: BTreeMap<&str, usize> =
             self.units.keys().enumerate().map(|(k, name)| (name.as_str(), k)).collect();
         let mut held = RowBuffer { rows: BTreeMap::new(), width: titles.len() };
@@ -168,6 +188,44 @@ impl Head {
     }
 }
 
+/// A table that is being written.
+enum TableFile {
+    Parquet(ParquetFile<BufWriter<File>>),
+    Csv(csv::Writer<BufWriter<File>>),
+}
+
+impl TableFile {
+    /// Writes rows with their times (ns), each `width` cells.
+    fn rows(&mut self, rows: &BTreeMap<u64, Vec<Option<f64>>>, width: usize) -> Result<(), String> {
+        match self {
+            TableFile::Parquet(file) => {
+                let t: Vec<f64> = rows.keys().map(|ns| seconds(*ns)).collect();
+                let column = |k: usize| rows.values().map(|row| row[k]).collect::<Vec<_>>();
+                let columns: Vec<Vec<Option<f64>>> = (0..width).map(column).collect();
+                let cells = columns.iter().map(|c| Cells::Sparse(c));
+                file.rows(std::iter::once(Cells::Number(&t)).chain(cells))
+            }
+            TableFile::Csv(file) => {
+                // The debug format has the fewest digits that give the same number, and an exponent for large and small ones.
+                let cell = |x: &Option<f64>| x.map_or_else(String::new, |x| format!("{x:?}"));
+                for (ns, row) in rows {
+                    let line = std::iter::once(format!("{:?}", seconds(*ns)));
+                    file.write_record(line.chain(row.iter().map(cell)))
+                        .map_err(|e| e.to_string())?;
+                }
+                Ok(())
+            }
+        }
+    }
+
+    fn finish(self) -> Result<BufWriter<File>, String> {
+        match self {
+            TableFile::Parquet(file) => file.finish(),
+            TableFile::Csv(file) => file.into_inner().map_err(|e| e.error().to_string()),
+        }
+    }
+}
+
 /// Buffered rows, by their times (ns).
 struct RowBuffer {
     rows: BTreeMap<u64, Vec<Option<f64>>>,
@@ -176,21 +234,13 @@ struct RowBuffer {
 
 impl RowBuffer {
     /// Writes the rows before `until` (ns), or all rows; returns their number.
-    fn give(
-        &mut self,
-        file: &mut ParquetFile<BufWriter<File>>,
-        until: Option<u64>,
-    ) -> Result<u64, String> {
+    fn give(&mut self, file: &mut TableFile, until: Option<u64>) -> Result<u64, String> {
         let later = until.map_or_else(BTreeMap::new, |until| self.rows.split_off(&until));
         let rows = std::mem::replace(&mut self.rows, later);
         if rows.is_empty() {
             return Ok(0);
         }
-        let t: Vec<f64> = rows.keys().map(|ns| seconds(*ns)).collect();
-        let column = |k: usize| rows.values().map(|row| row[k]).collect::<Vec<_>>();
-        let columns: Vec<Vec<Option<f64>>> = (0..self.width).map(column).collect();
-        let cells = columns.iter().map(|c| Cells::Sparse(c));
-        file.rows(std::iter::once(Cells::Number(&t)).chain(cells))?;
+        file.rows(&rows, self.width)?;
         Ok(rows.len() as u64)
     }
 }

@@ -1,4 +1,4 @@
-//! Writes logs (MCAP with protobuf on every channel), reads and compares them, makes plots and Parquet tables, and reads tables of other programs.
+//! Writes logs (MCAP with protobuf on every channel), reads and compares them, makes plots and tables (Parquet, CSV), and reads tables of other programs.
 mod ballast;
 mod columns;
 mod export;
@@ -12,7 +12,7 @@ mod schema;
 mod table;
 
 pub use columns::{Cells, ParquetFile, parquet_columns, parquet_numbers, titled};
-pub use export::{ExportError, Exported, export_parquet};
+pub use export::{ExportError, Exported, TableFormat, export_table};
 pub use log::{Columns, Log, LogError, LogSpec, columns};
 pub use plot::{Curve, Plot, PlotError, draw};
 pub use read::{

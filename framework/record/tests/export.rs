@@ -2,7 +2,7 @@
 use linkwork_multibody::{BodySpec, Builder, Hinge};
 use linkwork_plant::{MechanismSpec, SpecExt};
 use linkwork_record::{
-    End, ExportError, Log, LogError, LogSpec, export_parquet, read_log_contents,
+    End, ExportError, Log, LogError, LogSpec, TableFormat, export_table, read_log_contents,
 };
 use linkwork_runtime::*;
 use linkwork_spatial::nalgebra::Matrix3;
@@ -72,12 +72,37 @@ fn table(path: &Path) -> (Vec<String>, Vec<Vec<Option<f64>>>, BTreeMap<String, S
     (titles, rows, about)
 }
 
+/// A CSV table has the titles and the numbers of the Parquet table, bit for bit, and empty cells where it has nulls.
+#[test]
+fn a_csv_table_has_the_numbers_of_the_parquet_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    log(&path("run.mcap"), true);
+    let of = |name: &str, format| export_table(&path("run.mcap"), &path(name), format).unwrap();
+    assert_eq!(of("run.csv", TableFormat::Csv), of("run.parquet", TableFormat::Parquet));
+    let (titles, rows, _) = table(&path("run.parquet"));
+    let text = std::fs::read_to_string(path("run.csv")).unwrap();
+    let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    assert_eq!(lines.next().unwrap(), titles);
+    let cells = |line: Vec<&str>| -> Vec<Option<u64>> {
+        let bits = |cell: &str| cell.parse::<f64>().unwrap().to_bits();
+        line.into_iter().map(|cell| (!cell.is_empty()).then(|| bits(cell))).collect()
+    };
+    let bits = |row: &Vec<Option<f64>>| row.iter().map(|x| x.map(f64::to_bits)).collect::<Vec<_>>();
+    let same: Vec<_> = lines.map(cells).collect();
+    assert_eq!(same, rows.iter().map(bits).collect::<Vec<_>>());
+    assert!(same.len() > 100 && same.iter().flatten().any(Option::is_none));
+    // The program's own reader of tables reads it too.
+    let read = linkwork_record::Table::read(&path("run.csv")).unwrap();
+    assert_eq!((read.rows(), read.titles().len()), (rows.len(), titles.len()));
+}
+
 #[test]
 fn every_number_of_a_log_is_in_its_row_and_nothing_else() {
     let folder = tempfile::tempdir().unwrap();
     let (mcap, to) = (folder.path().join("run.mcap"), folder.path().join("run.parquet"));
     log(&mcap, true);
-    let done = export_parquet(&mcap, &to).unwrap();
+    let done = export_table(&mcap, &to, TableFormat::Parquet).unwrap();
     let contents = read_log_contents(&mcap).unwrap();
     let (titles, rows, about) = table(&to);
     assert_eq!(titles[0], "time [s]");
@@ -116,7 +141,7 @@ fn logs_that_are_cut_damaged_or_empty() {
     // If a run was killed, the table contains the rows that were written.
     let contents = read_log_contents(&path("run.mcap")).unwrap();
     std::fs::write(path("cut.mcap"), &bytes[..bytes.len() - 40]).unwrap();
-    let done = export_parquet(&path("cut.mcap"), &path("cut.parquet")).unwrap();
+    let done = export_table(&path("cut.mcap"), &path("cut.parquet"), TableFormat::Parquet).unwrap();
     assert!(matches!(done.end, End::Cut { .. }), "{done:?}");
     assert_eq!(done.variables, contents.series.len());
     assert_eq!(table(&path("cut.parquet")).1.len() as u64, done.rows);
@@ -125,16 +150,20 @@ fn logs_that_are_cut_damaged_or_empty() {
     bad[bytes.len() / 2] ^= 1;
     std::fs::write(path("bad.mcap"), bad).unwrap();
     std::fs::write(path("old.parquet"), "mine").unwrap();
-    let e = export_parquet(&path("bad.mcap"), &path("old.parquet")).unwrap_err();
+    let e =
+        export_table(&path("bad.mcap"), &path("old.parquet"), TableFormat::Parquet).unwrap_err();
     assert!(matches!(e, ExportError::Log(LogError::Damaged { .. })), "{e}");
     assert_eq!(std::fs::read(path("old.parquet")).unwrap(), b"mine");
-    let none = export_parquet(&path("none.mcap"), &path("none.parquet")).unwrap_err();
+    let none =
+        export_table(&path("none.mcap"), &path("none.parquet"), TableFormat::Parquet).unwrap_err();
     assert!(matches!(none, ExportError::Log(LogError::Read { .. })), "{none}");
-    let nowhere = export_parquet(&path("run.mcap"), &path("no/run.parquet")).unwrap_err();
+    let nowhere =
+        export_table(&path("run.mcap"), &path("no/run.parquet"), TableFormat::Parquet).unwrap_err();
     assert!(matches!(nowhere, ExportError::Write { .. }), "{nowhere}");
     // A log with only poses does not contain variables.
     log(&path("poses.mcap"), false);
-    let e = export_parquet(&path("poses.mcap"), &path("poses.parquet")).unwrap_err();
+    let e = export_table(&path("poses.mcap"), &path("poses.parquet"), TableFormat::Parquet)
+        .unwrap_err();
     assert!(matches!(e, ExportError::Empty { .. }) && e.to_string().contains("help: "), "{e}");
     let left = std::fs::read_dir(folder.path()).unwrap();
     let left: Vec<_> = left.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 #[path = "../../../tests/fuzz/mutate.rs"]
 mod mutate;
-use linkwork_record::{export_parquet, read_log_contents};
+use linkwork_record::{TableFormat, export_table, read_log_contents};
 use mcap::records::{MessageHeader, Metadata};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -79,7 +79,7 @@ fn logs_are_read_or_refused() {
         std::fs::write(&path, bytes).unwrap();
         n += 1;
         if n.is_multiple_of(16) {
-            let _ = export_parquet(&path, &table);
+            let _ = export_table(&path, &table, TableFormat::Parquet);
         }
         read_log_contents(&path).is_ok()
     });

@@ -1,7 +1,7 @@
 //! Names of variables in logs and tables are those of the simulation, and times are exact decimals.
 use linkwork_multibody::{BodySpec, Builder, Hinge};
 use linkwork_plant::MechanismSpec;
-use linkwork_record::{Log, LogSpec, export_parquet, read_log, read_log_with_poses};
+use linkwork_record::{Log, LogSpec, TableFormat, export_table, read_log, read_log_with_poses};
 use linkwork_runtime::*;
 use linkwork_spatial::{MassProperties, Vec3};
 use std::collections::BTreeSet;
@@ -89,7 +89,7 @@ fn every_variable_is_read_under_its_own_path() {
     assert_eq!((of("x").y.clone(), of("x").t.clone()), (x.y.clone(), x.t.clone()));
     assert!(x.y[100] != 0.0, "it moves");
     let table = folder.path().join("run.parquet");
-    let exported = export_parquet(&path, &table).unwrap();
+    let exported = export_table(&path, &table, TableFormat::Parquet).unwrap();
     assert_eq!((exported.rows, exported.variables), (101, paths.len()));
     let titles = linkwork_record::Table::read(&table).unwrap();
     let titles: BTreeSet<&str> =

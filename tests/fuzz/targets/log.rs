@@ -2,7 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use linkwork_record::{export_parquet, read_log_contents};
+use linkwork_record::{TableFormat, export_table, read_log_contents};
 
 fuzz_target!(|bytes: &[u8]| {
     // The files are in memory if the system has such a folder.
@@ -11,6 +11,6 @@ fuzz_target!(|bytes: &[u8]| {
     let name = |end: &str| folder.join(format!("linkwork-fuzz-{}.{end}", std::process::id()));
     let (log, table) = (name("mcap"), name("parquet"));
     if std::fs::write(&log, bytes).is_ok() && read_log_contents(&log).is_ok() {
-        let _ = export_parquet(&log, &table);
+        let _ = export_table(&log, &table, TableFormat::Parquet);
     }
 });
