@@ -2,7 +2,7 @@
 //!
 //! | block | what happens |
 //! |---|---|
-//! | `ron,file=PATH`, `xml,file=PATH` | written to PATH |
+//! | `ron,file=PATH`, `xml,file=PATH`, `python,file=PATH` | written to PATH |
 //! | `sh` | run, line by line, and must succeed; `sh,fails`: must fail |
 //! | `sh,elsewhere` | not run: needs a network, a window or a long build. Only commands of [`ELSEWHERE`] |
 //! | `text,output` | each line is in the output of the last commands, its words in order |
@@ -74,7 +74,7 @@ fn faults(page: &str, lab: &Lab) -> Vec<String> {
             },
             "rust" | "python" | "text" => {}
             file => match file.split_once(",file=") {
-                Some(("ron" | "xml", path)) => {
+                Some(("ron" | "xml" | "python", path)) => {
                     // The name of the file is not part of the block.
                     if !page.contains(&format!("`{path}`:\n```{file}\n")) {
                         fault(format!("the line above it is not `{path}`:"));

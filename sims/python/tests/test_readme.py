@@ -5,7 +5,7 @@ import re
 import pytest
 from conftest import SOURCE
 
-PAGES = ["README.md", "sims/python/README.md", "framework/book/src/python.md", "framework/book/src/theory.md"]
+PAGES = ["README.md", "sims/python/README.md", "framework/book/src/python.md", "framework/book/src/theory.md", "framework/book/src/how_connect.md"]
 
 
 def test_every_page_with_examples_is_run():
