@@ -11,6 +11,7 @@ use super::orientation::turn_of_euler;
 use crate::read::Cx;
 use crate::xml::Element;
 use linkwork_spatial::{Pose, Quat, Vec3};
+use std::collections::BTreeMap;
 
 /// Names inside a replication, and the suffixes of their copies.
 struct Replaced {
@@ -37,9 +38,7 @@ pub(super) fn expand(cx: &mut Cx<'_>, root: &mut Element, composer: &mut Compose
             }
         });
     }
-    for replaced in replaced {
-        copy_references(cx, root, replaced, composer);
-    }
+    copy_references(cx, root, &replaced, composer);
 }
 
 /// Returns the frames that replace one replication.
@@ -103,56 +102,100 @@ fn numbers(list: &[f64]) -> String {
     list.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(" ")
 }
 
+/// The names inside of all replications, each with the numbers of the replications in which it has copies, in increasing order.
+type Places = BTreeMap<(Kind, String), Vec<usize>>;
+
+/// A copy of an element of a section. `steps`: the replications that made it, the last one first, each with the number of the copy.
+struct Made {
+    steps: Vec<(usize, usize)>,
+    e: Element,
+}
+
 /// Replaces elements of the sections that refer to replicated names by one copy for each suffix.
 fn copy_references(
     cx: &mut Cx<'_>,
     root: &mut Element,
-    Replaced { mut names, suffixes }: Replaced,
+    replaced: &[Replaced],
     composer: &mut Composer,
 ) {
+    let mut places = Places::new();
+    for (k, one) in replaced.iter().enumerate() {
+        for name in &one.names {
+            places.entry(name.clone()).or_default().push(k);
+        }
+    }
     for section in SECTIONS {
-        let mut copied: Vec<Element> = Vec::new();
+        let mut made: Vec<Made> = Vec::new();
+        let mut own: Vec<((Kind, String), usize)> = Vec::new();
         for list in root.children.iter_mut().filter(|c| c.name == section) {
-            let enters = |e: &Element| references(e).iter().any(|r| names.contains(r));
-            let all = std::mem::take(&mut list.children);
-            let (inside, outside) = all.into_iter().partition(enters);
-            list.children = outside;
-            copied.extend::<Vec<Element>>(inside);
-        }
-        // MuJoCo omits these elements if they also refer to names outside of the replication.
-        if matches!(section, "actuator" | "equality") {
-            copied.retain(|e| {
-                let leaves = references(e).iter().any(|r| !names.contains(r));
-                if leaves {
-                    let note = "it refers to names inside and outside of a <replicate>, and MuJoCo omits it";
-                    cx.ignored.push(e.ignored(format!("mujoco/{section}/{}", e.label()), note));
+            for e in std::mem::take(&mut list.children) {
+                if first_place(&e, &places, 0).is_none() {
+                    list.children.push(e);
+                    continue;
                 }
-                !leaves
-            });
-        }
-        let Some(first) = copied.first() else { continue };
-        let size: usize = copied.iter().map(|e| e.walk().count()).sum();
-        if !composer.spend(cx, first, size.saturating_mul(suffixes.len())) {
-            return;
-        }
-        if let Some(kind) = kind_of_section(section) {
-            let own = copied.iter().filter_map(|e| Some((kind, name_of(e)?.to_owned())));
-            names.extend(own.collect::<Vec<(Kind, String)>>());
-        }
-        let mut list = Element::like(root, section);
-        for suffix in &suffixes {
-            for e in &copied {
-                let mut copy = e.clone();
-                rename(
-                    &mut copy,
-                    |name| Some(format!("{name}{suffix}")),
-                    |kind, name| {
-                        names.contains(&(kind, name.to_owned())).then(|| format!("{name}{suffix}"))
-                    },
-                );
-                list.children.push(copy);
+                let mut todo = vec![(Made { steps: Vec::new(), e }, 0)];
+                while let Some((now, from)) = todo.pop() {
+                    let Some(k) = first_place(&now.e, &places, from) else {
+                        made.push(now);
+                        continue;
+                    };
+                    let Made { steps, e } = now;
+                    if omitted(cx, section, &e, &places, k) {
+                        continue;
+                    }
+                    let suffixes = &replaced[k].suffixes;
+                    if !composer.spend(cx, &e, e.walk().count().saturating_mul(suffixes.len())) {
+                        return;
+                    }
+                    if let (Some(kind), Some(name)) = (kind_of_section(section), name_of(&e)) {
+                        own.push(((kind, name.to_owned()), k));
+                    }
+                    let inside = |kind: Kind, name: &str| {
+                        places.get(&(kind, name.to_owned())).is_some_and(|p| p.contains(&k))
+                    };
+                    for (n, suffix) in suffixes.iter().enumerate().rev() {
+                        let mut copy = e.clone();
+                        let with = |name: &str| format!("{name}{suffix}");
+                        rename(
+                            &mut copy,
+                            |name| Some(with(name)),
+                            |kind, name| inside(kind, name).then(|| with(name)),
+                        );
+                        let steps = [&[(k, n)], steps.as_slice()].concat();
+                        todo.push((Made { steps, e: copy }, k + 1));
+                    }
+                }
             }
         }
-        root.children.push(list);
+        for (name, k) in own {
+            let places = places.entry(name).or_default();
+            if let Err(at) = places.binary_search(&k) {
+                places.insert(at, k);
+            }
+        }
+        if !made.is_empty() {
+            // MuJoCo appends the copies of one replication after another.
+            made.sort_by(|a, b| a.steps.cmp(&b.steps));
+            let mut list = Element::like(root, section);
+            list.children = made.into_iter().map(|m| m.e).collect();
+            root.children.push(list);
+        }
     }
+}
+
+/// Returns the first replication, from a number on, with a name to which an element refers.
+fn first_place(e: &Element, places: &Places, from: usize) -> Option<usize> {
+    let next = |name: &(Kind, String)| places.get(name)?.iter().copied().find(|k| *k >= from);
+    references(e).iter().filter_map(next).min()
+}
+
+/// Returns whether MuJoCo omits an element because it refers to names inside and outside of a replication, and reports this.
+fn omitted(cx: &mut Cx<'_>, section: &str, e: &Element, places: &Places, k: usize) -> bool {
+    let inside = |name: &(Kind, String)| places.get(name).is_some_and(|p| p.contains(&k));
+    let leaves = matches!(section, "actuator" | "equality") && !references(e).iter().all(inside);
+    if leaves {
+        let note = "it refers to names inside and outside of a <replicate>, and MuJoCo omits it";
+        cx.ignored.push(e.ignored(format!("mujoco/{section}/{}", e.label()), note));
+    }
+    leaves
 }
