@@ -17,7 +17,7 @@ ROOT = HERE.parent.parent
 # These are the comparisons other than of robot files, and their modules.
 OTHERS = {name: "world" for name in ["gravity", "kernel", "earth", "air", "magnetic", "elements"]}
 OTHERS |= {name: "maps" for name in ["meshes", "maps"]}
-OTHERS |= {"fmi": "fmi"}
+OTHERS |= {"fmi": "fmi", "attach": "mjcf"}
 
 
 def program(name, package):

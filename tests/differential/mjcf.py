@@ -151,7 +151,8 @@ class Maker:
         return out
 
     def devices(self):
-        scalar = [n for n, kind in self.joints if kind in ("hinge", "slide", None)]
+        # A name inside a replication stands for all of its copies.
+        scalar = [n for n, kind in self.joints if kind in ("hinge", "slide", None, "replicated")]
         if not scalar:
             return ""
         tendons, out = [], "<tendon>"
@@ -281,7 +282,7 @@ class Maker:
             count = r.randrange(2, 12)
             world += f'<replicate count="{count}" offset="{self.v(3)}" euler="{self.angle()} 0 {self.angle()}" sep="-"><body name="rep" pos="{self.v(3)}"><joint name="{name}" axis="{self.v(3)}"/><geom size="0.1"/></body></replicate>'
             width = len(str(count))
-            self.joints += [(f"{name}-{k:0{width}d}", "hinge") for k in range(count)]
+            self.joints += [(f"{name}-{k:0{width}d}", "hinge") for k in range(count)] + [(name, "replicated")]
         for _ in range(r.randrange(0, 2)):
             world += f'<site name="s{len(self.sites)}"{self.pose()}/>'
             self.sites.append(f"s{len(self.sites)}")
@@ -299,6 +300,35 @@ def make(r):
     return Maker(r).file()
 
 
+def attached(r):
+    """A model and a file that attaches parts of it; what differs between MuJoCo and Linkwork."""
+    child = Maker(r)
+    (FOLDER / "parts").mkdir(exist_ok=True)
+    model = child.file()
+    (FOLDER / "parts" / "child.xml").write_text(model)
+    parts, outer = [], Maker(r)
+    for k in range(r.randrange(1, 3)):
+        part = r.choice([f' body="{r.choice(child.bodies)}"'] * 3 + [""])
+        attach = f'<attach model="child"{part} prefix="p{k}_"/>'
+        parts.append(f"<frame{outer.pose()}>{attach}</frame>" if r.random() < 0.5 else attach)
+    if r.random() < 0.5:
+        parts[0] = f'<body name="base"{outer.pose()}><joint name="base" axis="{outer.v(3)}"/><geom size="0.2"/>{parts[0]}</body>'
+    world = "".join(parts)
+    if r.random() < 0.2:
+        world = f'<replicate count="2" offset="{outer.v(3)}" sep="_">{world}</replicate>'
+    text = "<mujoco><compiler" + (' angle="radian"' if outer.radian else "") + "/>" + outer.maybe(0.5, outer.default())
+    text += f'<asset><model name="child" file="parts/child.xml"/></asset><worldbody>{world}</worldbody></mujoco>'
+    file = FOLDER / "attached.xml"
+    file.write_text(text)
+    result = compare_file(file, model)
+    if result not in (None, "skip"):
+        result += f"\n{text}\n{model}"
+    return result
+
+
+CASES = {"attach": attached}
+
+
 def compare(text):
     """None where both agree, `skip` where MuJoCo rejects the file, else what differs."""
     try:
@@ -310,13 +340,13 @@ def compare(text):
     return against(m, file, text)
 
 
-def compare_file(path):
-    """The same for a file with its meshes and includes; names of MuJoCo that are empty are not compared."""
+def compare_file(path, more=""):
+    """Like `compare`, but for a file with its meshes, includes and models (`more`: their text); elements without a name in MuJoCo are not compared."""
     try:
         m = mujoco.MjModel.from_xml_path(str(path))
     except ValueError:
         return "skip"
-    return against(m, path, pathlib.Path(path).read_text())
+    return against(m, path, pathlib.Path(path).read_text() + more)
 
 
 def against(m, file, text):
@@ -586,16 +616,18 @@ def devices(m, data, answer, tolerance):
             if any(f"`{name}`" in line or f"[{name}]" in line for line in answer["ignored"]):
                 continue
             return f"actuator missing: {name}"
-        # The damping ratio of a negative stiffness is not a number in MuJoCo, and that of a length that no joint changes is round-off; Linkwork
-        # ignores both with a warning.
-        moment = data.actuator_moment[data.moment_rowadr[i] :][: data.moment_rownnz[i]]
+        # The damping ratio of a negative stiffness is not a number in MuJoCo, and that of a length that no joint changes is round-off. The
+        # direction of a line of zero length is arbitrary. Linkwork ignores these with a warning.
         warns = lambda text: any(text in line for line in answer["ignored"])
         if np.isnan(m.actuator_biasprm[i]).any() and warns("the stiffness is negative"):
             continue
-        M = np.zeros((m.nv, m.nv))
-        mujoco.mj_fullM(m, data, M)
-        singular = np.linalg.cond(M) > 1e12
-        if (singular or np.abs(moment).max(initial=0.0) < 1e-12) and warns("no joint changes the length"):
+        # Both programs use the mass matrix and the moments of the reference configuration.
+        M, reference = np.zeros((m.nv, m.nv)), mujoco.MjData(m)
+        mujoco.mj_forward(m, reference)
+        mujoco.mj_fullM(m, reference, M)
+        moment = reference.actuator_moment[reference.moment_rowadr[i] :][: reference.moment_rownnz[i]]
+        singular = M.size > 0 and np.linalg.cond(M) > 1e12
+        if (singular or np.abs(moment).max(initial=0.0) < 1e-12 or reference.actuator_length[i] == 0.0) and warns("no joint changes the length"):
             continue
         a = found[name]["Actuator"]
         l, v = length(a["length"], m.actuator_trnid[i, 0], m.actuator_trnid[i])

@@ -161,7 +161,7 @@ fn quantity(v: &Located, spec: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<(f64, 
 
 impl Param for Rows {
     fn kind() -> String {
-        "list of rows (time, value), or (file, column)".into()
+        r#"list of rows (time, value), or (file: "..", column: "..")"#.into()
     }
     fn read(v: &Located, spec: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<Rows> {
         match &v.value {

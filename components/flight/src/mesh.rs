@@ -9,7 +9,7 @@ use linkwork_world::error::WorldError;
 use linkwork_world::gravity::polyhedron::{Facet, Surface, facets_from_obj};
 use std::sync::Arc;
 
-/// Returns name and text of a file that a parameter names, or that it contains as (name, text). `example` is a file name for the help text.
+/// Returns name and text of a file that a parameter names, or that it contains as `(name: "..", text: "..")`. `example` is a file name for the help text.
 pub(crate) fn named_text(
     v: &Located,
     spec: &ParamSpec,
@@ -26,7 +26,7 @@ pub(crate) fn named_text(
         Value::Map(_) => match (word("name"), word("text")) {
             (Some(name), Some(text)) => return Some((name, text)),
             _ => {
-                let help = "write (name: \"…\", text: \"…\")".to_string();
+                let help = r#"write (name: "..", text: "..")"#.to_string();
                 (format!("{at}: `name` or `text` is missing"), help)
             }
         },
@@ -47,7 +47,7 @@ pub(crate) fn show_text(name: &str, text: &str) -> Value {
     ])
 }
 
-/// Wavefront OBJ file as a parameter: its name, or (name, text) with the text itself.
+/// Wavefront OBJ file as a parameter: its name, or `(name: "..", text: "..")` with the content of the file.
 #[derive(Clone, Debug)]
 pub struct MeshFile {
     /// Name for messages.
@@ -58,7 +58,7 @@ pub struct MeshFile {
 
 impl Param for MeshFile {
     fn kind() -> String {
-        "name of a Wavefront OBJ file, or (name, text)".into()
+        r#"name of a Wavefront OBJ file, or (name: "..", text: "..") with its content"#.into()
     }
     fn read(v: &Located, spec: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<MeshFile> {
         let (name, text) = named_text(v, spec, cx, "bus.obj")?;

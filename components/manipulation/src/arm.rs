@@ -19,8 +19,8 @@ pub enum InertiaCheck {
     Physical,
 }
 
-/// Robot description (URDF) as a parameter: the name of a file, or (name, text) with the text in place. Moments of inertia that are not physical
-/// cause a warning.
+/// Robot description (URDF) as a parameter: the name of a file, or `(name: "..", text: "..")` with the content of the file. Moments of
+/// inertia that are not physical cause a warning.
 #[derive(Clone, Debug)]
 pub struct RobotFile {
     name: String,
@@ -69,14 +69,14 @@ impl RobotFile {
 
 impl Param for RobotFile {
     fn kind() -> String {
-        "name of a URDF file, or (name, text)".into()
+        r#"name of a URDF file, or (name: "..", text: "..") with its content"#.into()
     }
     fn read(v: &Located, spec: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<Self> {
         let word = |key: &str| match v.get(key).map(|l| &l.value) {
             Some(Value::Text(t)) => Some(t.clone()),
             _ => None,
         };
-        let help = "write the name of a file, or (name: \"…\", text: \"…\")";
+        let help = r#"write the name of a file, or (name: "..", text: "..")"#;
         match &v.value {
             Value::Text(name) => {
                 let text = cx.text(name, v.origin)?;

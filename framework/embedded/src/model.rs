@@ -574,7 +574,12 @@ pub fn colliders_of(d: &Description) -> Result<Vec<ColliderSpec>, ModelError> {
                     (spec.groups, spec.collides_with) =
                         (bits(&[*class]), bits(&classes.meets[*class]));
                 }
-                spec.material.friction = s.surface.friction.unwrap_or(spec.material.friction);
+                let (own, of_file) = (&mut spec.material, &s.surface);
+                own.friction = of_file.friction.unwrap_or(own.friction);
+                own.restitution = of_file.restitution.unwrap_or(own.restitution);
+                let own = &mut spec.resistance;
+                own.rolling = of_file.rolling.unwrap_or(own.rolling);
+                own.spinning = of_file.spinning.unwrap_or(own.spinning);
                 out.push(spec);
             }
             Err(why) => faults.push(ModelFault::Refused {

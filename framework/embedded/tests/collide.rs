@@ -564,3 +564,19 @@ fn a_robot_is_loaded_with_its_shapes_and_couplings() {
     assert!(told.contains("help: give that body primitive shapes"), "{told}");
     std::fs::remove_dir_all(folder).unwrap();
 }
+
+/// Colliders have the friction and restitution of the file; a file without them has 0.5 and 0.
+#[test]
+fn colliders_of_a_file_have_its_surfaces() {
+    let text = r#"<sdf version="1.9"><model name="m"><link name="a"><collision name="plain"><geometry><sphere><radius>1</radius></sphere></geometry></collision>
+<collision name="rubber"><geometry><sphere><radius>1</radius></sphere></geometry><surface><friction><ode><mu>0.9</mu></ode></friction><bounce><restitution_coefficient>0.7</restitution_coefficient></bounce></surface></collision></link></model></sdf>"#;
+    let read = |text: &str| linkwork_formats::read_text(text, &Default::default()).unwrap();
+    let found = colliders_of(&read(text)).unwrap();
+    let of = |name: &str| found.iter().find(|c| c.name == name).unwrap().material;
+    assert_eq!((of("plain").friction, of("plain").restitution), (0.5, 0.0));
+    assert_eq!((of("rubber").friction, of("rubber").restitution), (0.9, 0.7));
+    let text = r#"<mujoco><worldbody><body><joint/><geom name="g" size="1" condim="6" friction="0.8 0.02 0.003"/></body></worldbody></mujoco>"#;
+    let found = colliders_of(&read(text)).unwrap();
+    assert_eq!(found[0].material.friction, 0.8);
+    assert_eq!((found[0].resistance.rolling, found[0].resistance.spinning), (0.003, 0.02));
+}

@@ -4,12 +4,13 @@
 //! own instance and restores the bytes. A part whose instance failed stays failed until a state is restored.
 use crate::instance::{Instance, Result};
 use crate::kind::Kind;
-use crate::ports::{Ports, ports};
+use crate::ports::{Ports, ports, without_port};
 use crate::slot::Slot;
 use crate::start::{Start, UnitParams, apply, find};
 use crate::unit::{Unit, savable};
 use crate::{Refusal, archive::Archive};
-use linkwork_runtime::{Description, Failure, Files, Located, ReadCx, Value};
+use linkwork_formats::fmi::{Causality, FmiVariable, ModelDescription};
+use linkwork_runtime::{Description, Failure, Files, Located, Origin, ReadCx, Value};
 use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::sync::Arc;
@@ -65,6 +66,7 @@ impl Part {
             }
         };
         let starts = find(&p.start, &unit.description, cx)?;
+        warn_of_variables_without_port(p, &unit.description, at, cx);
         let params = linkwork_runtime::Params::show_map(p);
         let path = cx.path.clone();
         Some(Arc::new(Part { unit, kind, path, starts, ports, description, params }))
@@ -91,6 +93,39 @@ impl Part {
         };
         Ok((instance, next))
     }
+}
+
+/// Largest number of variables that a warning names.
+const NAMED_MAX: usize = 10;
+
+/// Warns of inputs and outputs that have no port, except inputs whose value is in `start`.
+fn warn_of_variables_without_port(
+    p: &UnitParams,
+    d: &ModelDescription,
+    at: Origin,
+    cx: &mut ReadCx<'_>,
+) {
+    let left: Vec<_> = without_port(d).filter(|v| !p.start.sets(&v.name)).collect();
+    if left.is_empty() {
+        return;
+    }
+    let word = |v: &&FmiVariable| {
+        let side = if v.causality == Causality::Input { "input" } else { "output" };
+        format!("{side} `{}` ({:?})", v.name, v.kind)
+    };
+    let mut names: Vec<String> = left.iter().take(NAMED_MAX).map(word).collect();
+    if left.len() > NAMED_MAX {
+        names.push(format!("and {} more", left.len() - NAMED_MAX));
+    }
+    let fact = format!(
+        "`{}`: ports transfer numbers and booleans only, so these variables of `{}` have no port: {}",
+        cx.path,
+        p.file,
+        names.join(", ")
+    );
+    let help = "the inputs keep their start values (`start` can set a String); \
+                export the unit with numbers if the simulation needs the variables";
+    cx.warn(at, fact, Some(help.into()));
 }
 
 /// Makes the passes of an event; returns the time of the next one.

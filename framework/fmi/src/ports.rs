@@ -1,7 +1,7 @@
 //! Ports of a unit from its description.
 //!
 //! A variable `spring.x[2]` is the port `spring_x_2`: characters other than letters, digits and `_` become `_`. Numbers are converted to SI; a
-//! variable without a unit is compatible with any unit (`*`). Texts, binaries and clocks are not ports.
+//! variable without a unit is compatible with any unit (`*`). Inputs and outputs that are texts, binaries or clocks have no port, which is a warning.
 use crate::Refusal;
 use crate::kind::Kind;
 use crate::slot::Slot;
@@ -199,6 +199,12 @@ pub(crate) fn ports(
         indicators: nz,
     };
     Ok((description, ports))
+}
+
+/// Returns the inputs and outputs that have no port, because a lane holds a number.
+pub(crate) fn without_port(d: &ModelDescription) -> impl Iterator<Item = &FmiVariable> {
+    let outside = |v: &&FmiVariable| matches!(v.causality, Causality::Input | Causality::Output);
+    d.variables.iter().filter(outside).filter(|v| !v.kind.is_numeric())
 }
 
 /// Returns an error if two variables would become the same port.

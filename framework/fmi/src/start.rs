@@ -26,6 +26,13 @@ pub struct UnitParams {
 #[derive(Clone, Debug, Default)]
 pub struct Starts(Vec<(String, Located)>);
 
+impl Starts {
+    /// Returns whether a variable has a start value in the file.
+    pub(crate) fn sets(&self, name: &str) -> bool {
+        self.0.iter().any(|(written, _)| written == name)
+    }
+}
+
 impl Param for Starts {
     fn kind() -> String {
         "map of values".into()

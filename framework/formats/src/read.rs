@@ -129,6 +129,9 @@ pub fn read_file(
     }
 }
 
+/// The mark with which some programs begin texts in UTF-8.
+pub(crate) const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
+
 /// Size of the largest readable file, in bytes.
 pub const LARGEST_FILE: u64 = 1 << 30;
 
@@ -155,13 +158,16 @@ pub fn whole_file(path: &Path) -> Result<Vec<u8>, String> {
     if bytes.len() as u64 > LARGEST_FILE { large() } else { Ok(bytes) }
 }
 
-/// Returns the contents of a file as UTF-8 text.
+/// Returns the contents of a file as UTF-8 text, without a byte order mark.
 ///
 /// # Errors
 /// The reason why it cannot be read.
 pub fn whole_text(path: &Path) -> Result<String, String> {
-    whole_file(path)
-        .and_then(|b| String::from_utf8(b).map_err(|e| format!("it is not a text: {e}")))
+    let mut bytes = whole_file(path)?;
+    if bytes.starts_with(BYTE_ORDER_MARK) {
+        bytes.drain(..BYTE_ORDER_MARK.len());
+    }
+    String::from_utf8(bytes).map_err(|e| format!("it is not a text: {e}"))
 }
 
 /// Collects mistakes and ignored elements while a file is read.

@@ -47,6 +47,8 @@ pub(crate) struct Element {
     pub file: Rc<str>,
     pub line: u32,
     pub column: u32,
+    /// Index of the settings that apply to it, in a file composed of several models.
+    pub scope: usize,
     used: Cell<bool>,
 }
 
@@ -114,6 +116,7 @@ impl Element {
             file: other.file.clone(),
             line: other.line,
             column: other.column,
+            scope: other.scope,
             used: Cell::new(true),
         }
     }
@@ -253,6 +256,7 @@ impl Clone for Element {
             file: e.file.clone(),
             line: e.line,
             column: e.column,
+            scope: e.scope,
             used: e.used.clone(),
         };
         Element::build(self, own, |e| e.children.iter().collect())
@@ -514,6 +518,7 @@ fn alone(node: roxmltree::Node<'_, '_>, file: &Rc<str>, lines: &Lines<'_>) -> El
         file: file.clone(),
         line,
         column,
+        scope: 0,
         used: Cell::new(false),
     }
 }

@@ -200,9 +200,7 @@ fn replications_are_expanded() {
 /// Unsupported bodies are an error, not a smaller machine.
 #[test]
 fn elements_that_stand_for_bodies_are_refused() {
-    for inside in
-        ["<attach model=\"m\"/>", "<composite type=\"cable\"/>", "<flexcomp type=\"grid\"/>"]
-    {
+    for inside in ["<composite type=\"cable\"/>", "<flexcomp type=\"grid\"/>"] {
         let error = refused(&format!(
             "<mujoco><worldbody><body><geom size=\"1\"/>{inside}</body></worldbody></mujoco>"
         ));
@@ -449,6 +447,11 @@ fn included(main: &str) -> Result<Description, String> {
         <joint name="j" type="revolute"><parent>a</parent><child>b</child><axis><xyz expressed_in="__model__">0 1 0</xyz></axis></joint></model></sdf>"#,
     );
     write(
+        "nest/model.sdf",
+        r#"<sdf version="1.12"><model name="nest"><model name="in"><link name="x">@</link></model><model name="in2"><pose>0 2 0 0 0 0</pose><link name="x">@</link></model>
+        <frame name="f" attached_to="in"/><joint name="j" type="fixed"><parent>in::x</parent><child>in2::x</child></joint></model></sdf>"#,
+    );
+    write(
         "ring/model.sdf",
         r#"<sdf version="1.9"><model name="ring"><link name="a">@</link><include><uri>model://ring</uri></include></model></sdf>"#,
     );
@@ -501,6 +504,28 @@ fn placement_frames_and_merged_models_are_where_the_file_says() {
         at("b").rotation * b.hinge_in_body.rotation * b.hinge.subhinges[0].kind.axis().unwrap();
     assert!((axis - Vec3::z()).amax() < 1e-15, "{axis:?}");
     assert!(d.builder.nodes().iter().all(|n| !n.name.contains("_merged__")));
+}
+
+/// The contents of a merged model are contents of the world: bodies and positions of Drake 1.51. A model with links cannot be merged into a world.
+#[test]
+fn models_are_merged_into_worlds() {
+    let world = |model: &str| {
+        included(&format!(
+            r#"<sdf version="1.12"><world name="w"><include merge="true"><uri>model://{model}</uri><pose>0 0 1 1.5707963267948966 0 0</pose></include></world></sdf>"#
+        ))
+        .unwrap()
+    };
+    let d = world("nest");
+    let mbs = d.builder.build().unwrap();
+    let q = d.configuration(&mbs);
+    let at = |body: &str| mbs.body_poses(&q)[mbs.body(body).unwrap().index()].position;
+    assert!((at("in::x") - Vec3::new(0.0, 0.0, 1.0)).amax() < 1e-15);
+    assert!((at("in2::x") - Vec3::new(0.0, 0.0, 3.0)).amax() < 1e-15);
+    assert!(d.ignored.is_empty(), "{:?}", d.ignored);
+    let d = world("pair");
+    assert!(d.ignored.iter().any(|i| i.what.contains("a world has no links")), "{:?}", d.ignored);
+    // The names of the only model of a world have no prefix.
+    assert!(d.builder.bodies().iter().any(|b| b.name == "a"));
 }
 
 /// Drake 1.51: 3000 kg for a box of 1 × 2 × 3 m with 500 kg/m³, and 1466.08 kg for a cylinder and a sphere with 200.

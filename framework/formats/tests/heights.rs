@@ -448,6 +448,15 @@ fn texts_are_refused_with_their_line() {
         let told = alone("a.xyz", xyz.replace(from, to).as_bytes()).unwrap_err().to_string();
         assert!(told.contains(wanted), "{from} -> {to}: {told}");
     }
+    // Spreadsheet programs write a byte order mark, semicolons and decimal commas.
+    let european = "\u{feff}x;y;z\n0,5;0;2,25\n10,5;0;4\n0,5;5;1\n10,5;5;3\n";
+    let h = alone("a.xyz", european.as_bytes()).unwrap();
+    assert_eq!((h.nx, h.ny, h.spacing, h.origin), (2, 2, [10.0, 5.0], [0.5, 0.0]));
+    assert_eq!(h.heights, [2.25, 4.0, 1.0, 3.0]);
+    let told = alone("a.xyz", european.replace("2,25", "2,2,5").as_bytes()).unwrap_err();
+    assert!(told.to_string().contains("line 2: it is not a point"), "{told}");
+    let marked = format!("\u{feff}{}", "ncols 2\nnrows 2\ncellsize 5\n1 2\n3 4\n");
+    assert_eq!(alone("a.asc", marked.as_bytes()).unwrap().heights, [3.0, 4.0, 1.0, 2.0]);
     // A few points far apart are not a grid of millions of nodes.
     let told = alone("a.xyz", b"0 0 1\n1 0 1\n5000 5000 1\n0 1 1\n").unwrap_err().to_string();
     assert!(told.contains("cannot contain 5001 by 5001"), "{told}");

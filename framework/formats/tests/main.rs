@@ -1,6 +1,7 @@
 //! Tests of the crate from outside: one program, with a module for each subject.
 #![allow(non_snake_case, clippy::unwrap_used)]
 
+mod attach;
 mod cases;
 mod daveml;
 mod devices;

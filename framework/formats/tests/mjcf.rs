@@ -247,6 +247,19 @@ fn classes_and_equalities_that_lead_nowhere_are_refused() {
     }
 }
 
+/// Some editors begin a text with a byte order mark.
+#[test]
+fn a_byte_order_mark_is_skipped() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.xml");
+    let text = "\u{feff}<mujoco><worldbody><body name=\"b\"><joint/><geom size=\"1\"/></body></worldbody></mujoco>";
+    std::fs::write(&path, text).unwrap();
+    assert_eq!(read_file(&path, &ReadOptions::default()).unwrap().builder.bodies().len(), 1);
+    assert!(linkwork_formats::whole_text(&path).unwrap().starts_with("<mujoco>"));
+    std::fs::write(&path, [0xef, 0xbb, 0xbf, 0xff]).unwrap();
+    assert!(linkwork_formats::whole_text(&path).unwrap_err().contains("it is not a text"));
+}
+
 #[test]
 fn includes_are_replaced_and_rings_are_found() {
     let dir = tempfile::tempdir().unwrap();

@@ -65,6 +65,44 @@ fn a_map_is_made_shown_converted_and_resampled() {
     assert!(said.contains("c.tif: 201 x 101 nodes, 0.1 m x 0.1 m apart"), "{said}");
 }
 
+/// The halves of a map, in different formats, are merged into the same map.
+#[test]
+fn a_map_is_cropped_and_its_parts_are_merged() {
+    let lab = Lab::new();
+    lab.linkwork(&[&["terrain", "make", "a.tif"], &SMALL[..]].concat()).code(0);
+    let crop = |to: &str, within: &str| {
+        lab.linkwork(&["terrain", "crop", "a.tif", to, "--within", within]).code(0).out
+    };
+    let said = crop("west.tif", "-10,-5,0,5");
+    assert!(said.contains("west.tif: 41 x 41 nodes, 0.25 m x 0.25 m apart"), "{said}");
+    let said = crop("east.asc", "0,-9,10.1,5");
+    assert!(said.contains("east.asc: 41 x 41 nodes"), "{said}");
+    let merged = ["terrain", "merge", "west.tif", "east.asc", "--out", "b.tif"];
+    let said = lab.linkwork(&merged).code(0).out;
+    assert!(said.contains("b.tif: 81 x 41 nodes"), "{said}");
+    for name in ["a", "b"] {
+        let (from, to) = (format!("{name}.tif"), format!("{name}.asc"));
+        lab.linkwork(&["terrain", "convert", &from, &to]).code(0);
+    }
+    let text = |name: &str| std::fs::read_to_string(lab.path(name)).unwrap();
+    assert_eq!(text("a.asc"), text("b.asc"));
+    lab.write(
+        "other.asc",
+        "ncols 2\nnrows 2\nxllcenter 0.1\nyllcenter 0\ncellsize 0.25\n1 2\n3 4\n",
+    );
+    for (args, wanted) in [
+        (
+            vec!["crop", "a.tif", "c.tif", "--within", "20,0,30,5"],
+            "the map extends from x = -10 to 10 m",
+        ),
+        (vec!["crop", "a.tif", "c.tif", "--within", "0,1,2"], "is not four numbers"),
+        (vec!["merge", "a.tif", "other.asc", "--out", "c.tif"], "have different nodes"),
+    ] {
+        lab.linkwork(&[&["terrain"], &args[..]].concat()).code(2).tells(&[wanted]);
+    }
+    assert!(!lab.path("c.tif").exists());
+}
+
 #[test]
 fn parameters_come_from_a_file_and_are_replaced() {
     let lab = Lab::new();

@@ -29,8 +29,8 @@ type ArrayLike<'a, 'py> = &'a Bound<'py, PyAny>;
 impl Mechanism {
     /// Return the collision shapes of the file from which the mechanism was loaded.
     ///
-    /// Names are those of the file, or `body/number`. Shapes of URDF, MJCF and SDF files have a friction coefficient of 0.5 and a restitution of 0;
-    /// `Collider.material` changes them.
+    /// A collider has the name of its shape in the file, or `body/number`. Shapes have the friction and the restitution of the file. Those of a URDF, MJCF or SDF file that
+    /// does not specify them have a friction coefficient of 0.5 and a restitution of 0; `Collider.material` changes them.
     ///
     /// Returns
     /// -------

@@ -179,3 +179,36 @@ fn a_rate_that_the_unit_cannot_take() {
     assert!(told.contains("not a multiple of the unit's own step 0.004 s"), "{told}");
     assert!(bench.sim(&PART.replace("rate: \"10 ms\"", "rate: \"20 ms\"")).is_ok());
 }
+
+/// Texts, binaries and clocks have no port: a warning names those that the file does not set.
+#[test]
+fn variables_without_a_port_are_a_warning() {
+    if !compiler() {
+        return;
+    }
+    let bench = Bench::new();
+    let warnings = |text: &str| -> Vec<String> {
+        let program = bench.program(text).unwrap();
+        let line = |f: &linkwork_runtime::Fault| {
+            format!("{} / {}", f.message, f.help.as_deref().unwrap_or_default())
+        };
+        let all = program.phases.iter().flat_map(|p| &p.plan.warnings).map(line);
+        all.filter(|w| w.contains("have no port")).collect()
+    };
+    bench.unit("unit.fmu", 3, Model::Spring, |t| t);
+    assert_eq!(warnings(PART), [String::new(); 0]);
+    let more = r#"<String name="note" valueReference="40" causality="input"><Start value="a"/></String>
+<Binary name="frame" valueReference="41" causality="output"/><Clock name="tick" valueReference="42" causality="input" intervalVariability="triggered"/>
+<String name="title" valueReference="43" causality="parameter"><Start value="b"/></String></ModelVariables>"#;
+    bench.unit("unit.fmu", 3, Model::Spring, |t| t.replace("</ModelVariables>", more));
+    let told = warnings(PART);
+    assert_eq!(told.len(), 1, "{told:#?}");
+    assert!(told[0].starts_with("`Spring`: ports transfer numbers and booleans only, so these variables of `unit.fmu` have no port: input `note` (String), output `frame` (Binary), input `tick` (Clock) / "), "{told:#?}");
+    // In FMI 2.0, a text that the file sets is not named.
+    let more = r#"<ScalarVariable name="note" valueReference="40" causality="input" variability="discrete"><String start="a"/></ScalarVariable></ModelVariables>"#;
+    bench.unit("unit.fmu", 2, Model::Spring, |t| t.replace("</ModelVariables>", more));
+    let told = warnings(PART);
+    assert!(told.len() == 1 && told[0].contains("input `note` (String)"), "{told:#?}");
+    let set = PART.replace("\"unit.fmu\"", "\"unit.fmu\", \"start\": { \"note\": \"b\" }");
+    assert_eq!(warnings(&set), [String::new(); 0]);
+}

@@ -1,6 +1,6 @@
 //! FMUs for tests, compiled from C at run time, and simulations that contain them.
 use linkwork_assembly::{Options, load_file};
-use linkwork_runtime::{Catalogue, Files, Seconds, Simulation};
+use linkwork_runtime::{Catalogue, Files, Program, Seconds, Simulation};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;
@@ -224,6 +224,11 @@ impl Bench {
 
     /// Loads a simulation from a text.
     pub fn sim(&self, text: &str) -> Result<Simulation, String> {
+        Ok(Simulation::of(self.program(text)?))
+    }
+
+    /// Compiles a simulation from a text.
+    pub fn program(&self, text: &str) -> Result<Arc<Program>, String> {
         let file = self.path("sim.ron");
         std::fs::write(&file, text).unwrap();
         let libraries = linkwork_assemblies::libraries().into_iter();
@@ -236,7 +241,7 @@ impl Bench {
                 sources: loaded.sources.clone(),
             })
             .map_err(|f| f.render(false))?;
-        Ok(Simulation::of(Arc::new(program)))
+        Ok(Arc::new(program))
     }
 }
 

@@ -26,7 +26,7 @@ pub(super) const VARIABLES: usize = 1024;
 /// Inputs that the port `controls` supplies.
 const CONTROLS: usize = 12;
 
-/// A DAVE-ML file as a parameter: its name, or (name, text) with the text in place.
+/// A DAVE-ML file as a parameter: its name, or `(name: "..", text: "..")` with the content of the file.
 #[derive(Clone, Debug)]
 pub struct DaveFile {
     name: String,
@@ -59,7 +59,7 @@ impl DaveFile {
 
 impl Param for DaveFile {
     fn kind() -> String {
-        "name of a DAVE-ML file, or (name, text)".into()
+        r#"name of a DAVE-ML file, or (name: "..", text: "..") with its content"#.into()
     }
     fn read(v: &Located, spec: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<DaveFile> {
         let at = format!("`{}.{}`", cx.path, spec.name);

@@ -38,6 +38,7 @@ mod xyz;
 pub use geotiff::GeoTiff;
 pub use write::{Map, write_ascii, write_geotiff, write_png, write_shades};
 
+use crate::read::BYTE_ORDER_MARK;
 use std::io::Cursor;
 
 /// Heights on a regular grid; x east, y north, z up.
@@ -243,7 +244,7 @@ pub fn read_heights(
     Ok(read)
 }
 
-/// Converts bytes of ASCII or UTF-8; invalid bytes are replaced.
+/// Converts bytes of ASCII or UTF-8 without a byte order mark; invalid bytes are replaced.
 fn text(bytes: &[u8]) -> std::borrow::Cow<'_, str> {
-    String::from_utf8_lossy(bytes)
+    String::from_utf8_lossy(bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes))
 }

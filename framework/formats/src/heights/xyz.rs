@@ -2,7 +2,7 @@
 //! ```text
 //! i = (x − x_min)/s_x,  s_x: the least distance of two x that differ     |i − round(i)| ≤ 0.01
 //! ```
-//! Columns are separated by blanks, commas or semicolons. Lines that begin with `#` or `//` are comments, and the first line may contain names of the
+//! Columns are separated by blanks, commas or semicolons; a number in a line with semicolons may have a decimal comma. Lines that begin with `#` or `//` are comments, and the first line may contain names of the
 //! columns. Nodes without a point have no data.
 
 use super::{Heights, HeightsError, HeightsOptions, NODES_MAX, bounded, datum, length, text};
@@ -31,18 +31,21 @@ pub(super) fn points(bytes: &[u8], options: &HeightsOptions) -> Result<Heights, 
         if line.is_empty() || line.starts_with('#') || line.starts_with("//") {
             continue;
         }
-        let words = || {
-            line.split(|c: char| c.is_whitespace() || c == ',' || c == ';')
-                .filter(|w| !w.is_empty())
+        let decimal_comma = line.contains(';');
+        let between = |c: char| c.is_whitespace() || c == ';' || (c == ',' && !decimal_comma);
+        let words = || line.split(between).filter(|w| !w.is_empty());
+        let number = |w: &str| match decimal_comma {
+            true => w.replacen(',', ".", 1).parse::<f64>(),
+            false => w.parse::<f64>(),
         };
-        let mut numbers = words().map(str::parse::<f64>);
+        let mut numbers = words().map(number);
         let three = (numbers.next(), numbers.next(), numbers.next(), numbers.next());
         match three {
             (Some(Ok(x)), Some(Ok(y)), Some(Ok(z)), None) if x.is_finite() && y.is_finite() => {
                 let datum: f64 = *datum.get_or_insert_with(|| datum::of(z));
                 points.push(([x, y], (z - datum) as f32, at as u32 + 1));
             }
-            _ if !begun && words().all(|w| w.parse::<f64>().is_err()) => {}
+            _ if !begun && words().all(|w| number(w).is_err()) => {}
             _ => {
                 return Err(HeightsError::at(
                     format!("line {}", at + 1),

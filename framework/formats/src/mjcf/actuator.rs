@@ -227,7 +227,7 @@ impl<'e> Mj<'e> {
             _ => length.geared(values.gear[0]),
         };
         let mut range = |key: &str, (pair, limited): ([f64; 2], Option<bool>)| {
-            let holds = limited.unwrap_or(self.settings.autolimits && pair[0] != pair[1]);
+            let holds = limited.unwrap_or(self.of(e).autolimits && pair[0] != pair[1]);
             if holds && !(pair[0] < pair[1]) {
                 let text = format!("{} {}", pair[0], pair[1]);
                 let help = "write the lower number first";

@@ -213,7 +213,7 @@ impl<'e> Mj<'e> {
         let anchor = self.numbers::<3>(cx, at, "pos", &what).unwrap_or_default();
         out.anchor = i.pose.transform_point(&Vec3::from(anchor));
         let turns = matches!(kind, SubhingeKind::Pin { .. } | SubhingeKind::Ball);
-        let angle = if turns { self.settings.angle } else { 1.0 };
+        let angle = if turns { self.of(i.e).angle } else { 1.0 };
         out.subhinge.spring.stiffness = out.data.stiffness;
         if kind.nv() == 1 {
             out.reference = self.number(cx, at, "ref", &what).unwrap_or(0.0) * angle;
@@ -302,7 +302,7 @@ impl<'e> Mj<'e> {
         let (text, place) = self.attr(at, range)?;
         match flag {
             Some(false) => None,
-            None if !self.settings.autolimits => {
+            None if !self.of(at.e).autolimits => {
                 let fact =
                     format!("{what} has `{range}` but no `{limited}`, and `autolimits` is false");
                 let help = format!("write {limited}=\"true\" or {limited}=\"false\"");

@@ -54,9 +54,17 @@ impl<'e> Classes<'e> {
         let actuators = BTreeMap::from([(MAIN, vec![Vec::new()])]);
         let mut out = Self { all: main, actuators, places: BTreeMap::new(), aliases: Vec::new() };
         for top in root.all("default") {
-            out.aliases.extend(top.attr("class"));
-            out.section(top, MAIN);
-            let mut todo: Vec<(&'e Element, &'e str)> = inner(top, MAIN);
+            // The outermost class of an attached model is independent of `main` of the main file.
+            let outermost = match top.scope == root.scope {
+                true => MAIN,
+                false => top.attr("class").unwrap_or(MAIN),
+            };
+            if outermost == MAIN {
+                out.aliases.extend(top.attr("class"));
+            }
+            out.actuators.entry(outermost).or_insert_with(|| vec![Vec::new()]);
+            out.section(top, outermost);
+            let mut todo: Vec<(&'e Element, &'e str)> = inner(top, outermost);
             while let Some((e, outer)) = todo.pop() {
                 let Some(own) = out.nested(cx, e, outer) else { continue };
                 out.section(e, own);
@@ -102,7 +110,7 @@ impl<'e> Classes<'e> {
             for a in &kind.attributes {
                 let before = values.insert((&kind.name, &a.name), kind);
                 // An attribute that a later section of the class replaces counts as read.
-                if name == MAIN
+                if !self.places.contains_key(name)
                     && is_read(&kind.name)
                     && let Some(before) = before
                 {

@@ -28,12 +28,12 @@ impl<'e> Mj<'e> {
         what: &str,
     ) -> MassProperties {
         let given = inside.iter().find(|i| i.e.name == "inertial");
-        let (e, mut mass) = match (given, self.settings.inertia) {
+        let (e, mut mass) = match (given, self.of(body).inertia) {
             (Some(i), FromGeoms::Never | FromGeoms::WhenNotGiven) => {
                 (i.e, self.inertial(cx, i, what))
             }
             (None, FromGeoms::Never) => (body, MassProperties::massless()),
-            (given, _) => match (given, self.mass_of_geoms(cx, inside, what)) {
+            (given, _) => match (given, self.mass_of_geoms(cx, body, inside, what)) {
                 // In MuJoCo, `inertiafromgeom` does not replace the inertial of a body without geoms.
                 (Some(i), none) if none == MassProperties::massless() => {
                     (i.e, self.inertial(cx, i, what))
@@ -41,14 +41,15 @@ impl<'e> Mj<'e> {
                 (_, mass) => (body, mass),
             },
         };
-        let [least_mass, least_moment] = self.settings.least;
+        let balance = self.of(body).balance;
+        let [least_mass, least_moment] = self.of(body).least;
         mass.mass = mass.mass.max(least_mass);
-        if least_moment > 0.0 || self.settings.balance {
+        if least_moment > 0.0 || balance {
             let mut axes = mass.inertia_com.symmetric_eigen();
             axes.eigenvalues.apply(|x| *x = x.max(least_moment));
             let I = axes.eigenvalues;
             // Allow for round-off, which can violate a triangle inequality that holds exactly.
-            if self.settings.balance && I.sum() < 2.0 * I.max() * (1.0 - 1e-12) {
+            if balance && I.sum() < 2.0 * I.max() * (1.0 - 1e-12) {
                 axes.eigenvalues = Vec3::repeat(I.sum() / 3.0);
             }
             mass.inertia_com = axes.recompose();
@@ -86,12 +87,18 @@ impl<'e> Mj<'e> {
         MassProperties::new(mass, X_BC.position, turned(&J, &X_BC))
     }
 
-    fn mass_of_geoms(&self, cx: &mut Cx<'_>, inside: &[Inside<'e>], what: &str) -> MassProperties {
+    fn mass_of_geoms(
+        &self,
+        cx: &mut Cx<'_>,
+        body: &Element,
+        inside: &[Inside<'e>],
+        what: &str,
+    ) -> MassProperties {
         let mut sum = RigidInertia::zero();
         for i in inside.iter().filter(|i| i.e.name == "geom") {
             let at = self.classed(cx, i.e, i.class);
             let group = self.number(cx, at, "group", what).unwrap_or(0.0);
-            let [low, high] = self.settings.groups;
+            let [low, high] = self.of(body).groups;
             if !(low..=high).contains(&group) {
                 continue;
             }

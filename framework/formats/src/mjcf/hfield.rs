@@ -8,6 +8,7 @@
 //! `elevation` and images begin with the row of the largest y, MuJoCo's own files with that of the smallest y. For an image, 8 bits per pixel are
 //! used.
 
+use super::mesh::stem as mesh_stem;
 use super::{Classed, Mj};
 use crate::error::{FaultKind, FilePlace};
 use crate::heights::{HeightsOptions, read_heights};
@@ -28,9 +29,7 @@ impl<'e> Mj<'e> {
     /// Collects height fields by name; the default is the name of the file without its extension.
     pub(super) fn find_height_fields(&mut self, asset: &'e Element) {
         for e in asset.all("hfield") {
-            let file = e.attr("file").unwrap_or_default();
-            let stem = file.rsplit(['/', '\\']).next().unwrap_or(file);
-            let stem = stem.rsplit_once('.').map_or(stem, |(s, _)| s);
+            let stem = mesh_stem(e.attr("file").unwrap_or_default());
             self.height_fields.insert(e.attr("name").unwrap_or(stem).to_owned(), e);
         }
     }

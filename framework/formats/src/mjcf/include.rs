@@ -5,14 +5,11 @@ use crate::read::Cx;
 use crate::xml::{CHAIN, Declarations, Element, parse_with};
 use std::path::{Path, PathBuf};
 
-/// Replaces every include. Each file may be included once, as in MuJoCo, which limits the work.
-pub(super) fn expand(cx: &mut Cx<'_>, root: &mut Element) {
-    let mut open: Vec<PathBuf> = cx.options.file.clone().into_iter().collect();
+/// Replaces every include of a main file. Each file may be included once, as in MuJoCo, which limits the work.
+pub(super) fn expand(cx: &mut Cx<'_>, root: &mut Element, main: Option<&PathBuf>) {
+    let mut open: Vec<PathBuf> = main.cloned().into_iter().collect();
     let mut seen: Vec<PathBuf> = open.iter().map(|p| same(p)).collect();
     inside(cx, root, &mut open, &mut seen);
-    if let Some((e, _)) = root.walk().find(|(_, depth)| *depth > CHAIN) {
-        cx.fault(e.place(), FaultKind::TooDeep { limit: CHAIN });
-    }
 }
 
 /// Files that include each other in a row: each is a level of recursion.

@@ -48,16 +48,31 @@ impl<'e> Mj<'e> {
         // first.
         let mut starts: BTreeMap<String, Vec<f64>> = BTreeMap::new();
         let mut places: Vec<(&str, usize)> = Vec::new();
-        for name in &self.joint_order {
+        // A keyframe of an attached model has a list of its joints.
+        let attached: Option<Vec<String>> = (e.scope != 0)
+            .then(|| e.attr("joints").unwrap_or_default().split('\n').map(str::to_owned).collect());
+        for name in attached.as_ref().unwrap_or(&self.joint_order) {
             let Some(j) = joints.get(name.as_str()) else { continue };
             let Some(body) = bodies.get(j.body.as_str()) else { continue };
             let chain = &body.hinge.subhinges;
             let nq = |k: &SubhingeKind| k.nq();
             let before: usize = chain.iter().take(j.subhinge).map(|s| nq(&s.kind)).sum();
             let own: usize = chain.iter().skip(j.subhinge).take(j.count).map(|s| nq(&s.kind)).sum();
-            starts
-                .entry(j.body.clone())
-                .or_insert_with(|| vec![0.0; chain.iter().map(|s| nq(&s.kind)).sum()]);
+            // Joints that are not in the list keep the reference configuration.
+            let reference = || {
+                let own = d.initial.iter().find(|i| i.body == j.body).map(|i| i.q.clone());
+                own.unwrap_or_else(|| {
+                    let neutral = |k: &SubhingeKind| {
+                        let mut q = vec![0.0; nq(k)];
+                        if let (Some(w), 4..) = (q.last_mut(), nq(k)) {
+                            *w = 1.0;
+                        }
+                        q
+                    };
+                    chain.iter().flat_map(|s| neutral(&s.kind)).collect()
+                })
+            };
+            starts.entry(j.body.clone()).or_insert_with(reference);
             let order: &[usize] = match own {
                 4 => &[3, 0, 1, 2],
                 7 => &[0, 1, 2, 6, 3, 4, 5],

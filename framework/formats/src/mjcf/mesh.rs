@@ -21,6 +21,12 @@ const FLAT: &str = "its vertices are in one plane, or too many for a convex hull
 /// Corners of a mesh, three for each triangle, as written; or the reason why there are none.
 pub(super) type Corners = Rc<Result<Vec<Vec3>, String>>;
 
+/// Returns the name of an asset that has only a file.
+pub(super) fn stem(file: &str) -> &str {
+    let name = file.rsplit(['/', '\\']).next().unwrap_or(file);
+    name.rsplit_once('.').map_or(name, |(s, _)| s)
+}
+
 /// The mesh of a geom.
 pub(super) struct MeshOf<'e> {
     name: String,
@@ -34,9 +40,7 @@ impl<'e> Mj<'e> {
     /// Collects meshes by name; the default is the name of the file without its extension.
     pub(super) fn find_meshes(&mut self, asset: &'e Element) {
         for m in asset.all("mesh") {
-            let file = m.attr("file").unwrap_or_default();
-            let stem = file.rsplit(['/', '\\']).next().unwrap_or(file);
-            let stem = stem.rsplit_once('.').map_or(stem, |(s, _)| s);
+            let stem = stem(m.attr("file").unwrap_or_default());
             self.meshes.insert(m.attr("name").unwrap_or(stem).to_owned(), m);
         }
     }
@@ -98,12 +102,18 @@ impl<'e> Mj<'e> {
     /// Returns the name of the file of a mesh or height field, with the folder of meshes.
     pub(super) fn mesh_file(&self, asset: &Element) -> Option<String> {
         let mut file = asset.attr("file").filter(|f| !f.is_empty())?;
-        if self.settings.strip_path {
+        let settings = self.of(asset);
+        if settings.strip_path {
             file = file.rsplit(['/', '\\']).next().unwrap_or(file);
         }
-        let folder = self.settings.mesh_folder.trim_end_matches('/');
-        let plain = folder.is_empty() || file.starts_with('/') || file.contains("://");
-        Some(if plain { file.to_owned() } else { format!("{folder}/{file}") })
+        let mut file = file.to_owned();
+        for folder in [&settings.mesh_folder, &settings.folder] {
+            let folder = folder.trim_end_matches('/');
+            if !(folder.is_empty() || file.starts_with('/') || file.contains("://")) {
+                file = format!("{folder}/{file}");
+            }
+        }
+        Some(file)
     }
 
     /// Returns volume and inertia of a mesh geom, in the frame of the geom; `None`, and a note, if they cannot be computed.

@@ -8,6 +8,7 @@
 //! configuration.
 
 mod actuator;
+mod attach;
 mod body;
 mod collide;
 mod defaults;
@@ -18,6 +19,7 @@ mod include;
 mod inside;
 mod keyframe;
 mod mesh;
+mod names;
 mod orientation;
 mod refused;
 mod replicate;
@@ -34,6 +36,7 @@ pub(crate) use geom::solid;
 use linkwork_spatial::{Pose, Vec3};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
 
 /// Reads an MJCF text; includes are searched in the folder of `options.file`.
 ///
@@ -48,10 +51,13 @@ pub fn read_mjcf(text: &str, options: &ReadOptions) -> Result<Description, Forma
         cx.fault(root.place(), kind);
         return cx.finish(&root, Description::default());
     }
-    include::expand(&mut cx, &mut root);
-    let settings = settings(&mut cx, &root);
-    replicate::expand(&mut cx, &mut root, &settings);
-    let root = root;
+    let mut composer = Composer::new(options.file.clone());
+    compose(&mut cx, &mut root, &mut composer, String::new());
+    if let Some((e, _)) = root.walk().find(|(_, depth)| *depth > CHAIN) {
+        cx.fault(e.place(), FaultKind::TooDeep { limit: CHAIN });
+        return cx.finish(&root, Description::default());
+    }
+    let (root, settings) = (root, composer.settings);
     refused::report(&mut cx, &root);
     let name = root.attr("model").unwrap_or_default().to_owned();
     let collision_meshes = CollisionMeshes::Hulls;
@@ -72,9 +78,57 @@ pub fn read_mjcf(text: &str, options: &ReadOptions) -> Result<Description, Forma
     cx.finish(&root, d)
 }
 
+/// Maximum number of elements that attachments and replications of a file create.
+const COPIES: usize = 1_000_000;
+
+/// State while a file is composed of included files, attached models and replications.
+struct Composer {
+    /// The settings of the main file, then the settings of attached models.
+    settings: Vec<Settings>,
+    /// The main file, and the models that are being attached.
+    open: Vec<PathBuf>,
+    /// Number of elements that may still be created.
+    left: usize,
+    /// Numbers of models read and of attachments.
+    models: usize,
+    attached: usize,
+}
+
+impl Composer {
+    fn new(file: Option<PathBuf>) -> Self {
+        let open = file.into_iter().collect();
+        Self { settings: Vec::new(), open, left: COPIES, models: 0, attached: 0 }
+    }
+
+    /// Reports a fault at an element that creates too many others.
+    fn spend(&mut self, cx: &mut Cx<'_>, e: &Element, count: usize) -> bool {
+        if count > self.left {
+            let what = format!("<{}> creates more than {COPIES} elements", e.name);
+            let help = "use fewer copies, or write the bodies with a program".to_owned();
+            cx.fault(e.place(), FaultKind::Unsupported { what, help });
+            return false;
+        }
+        self.left -= count;
+        true
+    }
+}
+
+/// Replaces includes, attachments and replications of a file; returns the index of its settings. `folder`: its folder, relative to the folder of
+/// the main file.
+fn compose(cx: &mut Cx<'_>, root: &mut Element, composer: &mut Composer, folder: String) -> usize {
+    include::expand(cx, root, composer.open.last());
+    let scope = composer.settings.len();
+    root.for_each(|e, _| e.scope = scope);
+    composer.settings.push(Settings { folder, ..settings(cx, root) });
+    attach::expand(cx, root, composer);
+    replicate::expand(cx, root, composer);
+    scope
+}
+
 /// Data of the whole file.
 struct Mj<'e> {
-    settings: Settings,
+    /// The settings of the file and of attached models: [`Element::scope`] is an index.
+    settings: Vec<Settings>,
     classes: Classes<'e>,
     materials: BTreeMap<&'e str, &'e Element>,
     meshes: BTreeMap<String, &'e Element>,
@@ -102,6 +156,8 @@ struct Mj<'e> {
 
 /// The `<compiler>` elements together.
 struct Settings {
+    /// Folder of the file, relative to the folder of the main file.
+    folder: String,
     /// Factor to rad.
     angle: f64,
     /// Axes, and whether each rotation is about the moving axes.
@@ -138,7 +194,7 @@ struct Classed<'e> {
 }
 
 impl<'e> Mj<'e> {
-    fn new(cx: &mut Cx<'_>, root: &'e Element, settings: Settings) -> Self {
+    fn new(cx: &mut Cx<'_>, root: &'e Element, settings: Vec<Settings>) -> Self {
         let mut mj = Mj {
             settings,
             classes: Classes::read(cx, root),
@@ -169,10 +225,15 @@ impl<'e> Mj<'e> {
         mj
     }
 
-    /// `settotalmass`.
+    /// Returns the settings that apply to an element.
+    fn of(&self, e: &Element) -> &Settings {
+        &self.settings[e.scope]
+    }
+
+    /// `settotalmass` of the main file.
     fn scale_mass(&self, d: &mut Description) {
         let sum: f64 = d.builder.bodies().iter().map(|b| b.mass.mass).sum();
-        let Some(total) = self.settings.total_mass.filter(|t| *t > 0.0 && sum > 0.0) else {
+        let Some(total) = self.settings[0].total_mass.filter(|t| *t > 0.0 && sum > 0.0) else {
             return;
         };
         for b in d.builder.bodies_mut() {
@@ -311,6 +372,7 @@ fn settings(cx: &mut Cx<'_>, root: &Element) -> Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
+            folder: String::new(),
             angle: std::f64::consts::PI / 180.0,
             euler: [(Vec3::x(), true), (Vec3::y(), true), (Vec3::z(), true)],
             autolimits: true,

@@ -47,10 +47,10 @@ impl<'e> Mj<'e> {
             "axisangle" => {
                 let [x, y, z, a] = self.numbers::<4>(cx, at, form, what)?;
                 let n = unit(cx, Vec3::new(x, y, z))?;
-                Some(Quat::from_axis_angle(&Unit::new_unchecked(n), a * self.settings.angle))
+                Some(Quat::from_axis_angle(&Unit::new_unchecked(n), a * self.of(at.e).angle))
             }
             "euler" => {
-                self.numbers::<3>(cx, at, form, what).map(|e| turn_of_euler(&self.settings, e))
+                self.numbers::<3>(cx, at, form, what).map(|e| turn_of_euler(self.of(at.e), e))
             }
             "xyaxes" => {
                 let [a, b, c, d, e, f] = self.numbers::<6>(cx, at, form, what)?;

@@ -6,10 +6,11 @@ use crate::xml::Element;
 
 /// Element, and the remedy.
 const REFUSED: [(&str, &str); 5] = [
-    ("attach", "save the composed model with MuJoCo (`mj_saveLastXML`) and read the result"),
+    ("attach", "write it inside <worldbody> or inside a body"),
     (
         "composite",
-        "write its bodies and joints explicitly, or save the expanded model with MuJoCo and read the result",
+        "MuJoCo 4 does not have it either; write the bodies and joints (<replicate> copies them), or save the expanded model with MuJoCo 3 \
+         and read the result",
     ),
     ("flexcomp", "deformable bodies are not supported; replace it by rigid bodies"),
     ("extension", "remove the plugins, or replace them by a part of the simulation"),

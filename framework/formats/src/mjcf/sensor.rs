@@ -38,7 +38,7 @@ const OWN: [&str; 16] = [
 ];
 
 /// Sensors that are not converted, with a remedy.
-const ALTERNATIVES: [(&str, &str); 7] = [
+const ALTERNATIVES: [(&str, &str); 9] = [
     ("touch", "bind `sensors.contact_switch` to the body, or log its `contact_force`"),
     ("rangefinder", "add `sensors.radar` with the beam [0, 0, 1], or `sensors.lidar`"),
     ("magnetometer", "add `sensors.magnetometer`"),
@@ -46,6 +46,8 @@ const ALTERNATIVES: [(&str, &str); 7] = [
         "subtreecom",
         "add `sensors.mass_properties`, which has the centre of mass of a whole vehicle",
     ),
+    ("contact", "log `contact_force` of the body"),
+    ("jointactuatorfrc", "log `force` of the actuators of the joint"),
     ("e_potential", "the balance of energy of a run reports it"),
     ("e_kinetic", "the balance of energy of a run reports it"),
     ("clock", "conditions and plots have `time`"),

@@ -234,7 +234,10 @@ impl<'e> Mj<'e> {
     ) -> Option<Vec<DeviceFrame>> {
         if let Some(other) = e.children.iter().find(|c| c.name != "site") {
             e.touch_all();
-            let note = format!("a spatial tendon with a <{}>", other.name);
+            let note = format!(
+                "a spatial tendon with a <{}> is not supported: only straight lines from site to site are; a line over further sites comes near to one around a geom",
+                other.name
+            );
             cx.ignored.push(other.ignored(what, note));
             return None;
         }

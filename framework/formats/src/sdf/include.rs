@@ -39,13 +39,12 @@ impl Walk {
                     e.children.push(child);
                 }
                 "include" => match self.include(cx, &child) {
-                    Some(model) if is(child.attr("merge")) && e.name == "model" => {
-                        e.children.extend(merged(model));
+                    Some(model) if is(child.attr("merge")) && can_merge(&model, e) => {
+                        e.children.extend(merged(model, &e.name));
                     }
                     Some(model) => {
                         if is(child.attr("merge")) {
-                            let note =
-                                "merge=\"true\" outside a model: the model is included unchanged";
+                            let note = "merge=\"true\" of a model with links in a world: the model is included unchanged, because a world has no links";
                             cx.ignored.push(child.ignored("sdf/include", note));
                         }
                         e.children.push(model);
@@ -171,22 +170,29 @@ fn placed(mut model: Element, include: &Element) -> Element {
     model
 }
 
-/// Returns the contents of a merged model, with a frame in place of the model.
-fn merged(mut model: Element) -> Vec<Element> {
+/// Returns whether the contents of a model may be contents of the element around its include. A world contains models, frames and joints.
+fn can_merge(model: &Element, around: &Element) -> bool {
+    let has_links = model.children.iter().any(|c| c.name == "link");
+    around.name == "model" || (around.name == "world" && !has_links)
+}
+
+/// Returns the contents of a merged model, with a frame in place of the model. `around`: name of the element that gets them.
+fn merged(mut model: Element, around: &str) -> Vec<Element> {
+    let outer = if around == "world" { "world" } else { "__model__" };
     let name = model.attr("name").unwrap_or_default().to_owned();
     let frame = format!("_merged__{name}__model__");
     let first = model.children.iter().find(|c| c.name == "link").and_then(|l| l.attr("name"));
     let canonical = model.attr("canonical_link").or(first).unwrap_or_default().to_owned();
     let mut proxy = Element::like(&model, "frame");
     proxy.set("name", frame.clone());
-    proxy.set("attached_to", canonical);
+    proxy.set("attached_to", if around == "world" { outer.to_owned() } else { canonical });
     // The pose of an include is relative to the model around it, not to the link that the frame is attached to.
     let mut pose = Element::like(&model, "pose");
     if let Some(own) = model.child("pose") {
         pose = own.clone();
     }
     if pose.attr("relative_to").is_none() {
-        pose.set("relative_to", "__model__".into());
+        pose.set("relative_to", outer.into());
     }
     proxy.children.push(pose);
     proxy.set("merged", "true".into());

@@ -94,7 +94,12 @@ impl Files {
             return Err(crate::BuildError::new(format!("`{name}` is not a file")));
         }
         let fault = |e| crate::BuildError::new(format!("the file `{name}` cannot be read: {e}"));
-        std::fs::read_to_string(path).map_err(fault)
+        let mut text = std::fs::read_to_string(path).map_err(fault)?;
+        // Spreadsheet programs and some editors write a byte order mark.
+        if text.starts_with('\u{feff}') {
+            text.remove(0);
+        }
+        Ok(text)
     }
 
     /// Returns the first existing match without adding it to the plan's hash. The error lists the searched folders.

@@ -229,7 +229,11 @@ pub(super) fn columns<const N: usize>(
         let mut row = [0.0; N];
         for (value, c) in row.iter_mut().zip(places) {
             let word = words.get(c).copied().unwrap_or("");
-            *value = word.parse().map_err(|_| {
+            // Between semicolons, spreadsheet programs of many countries write a decimal comma.
+            let decimal_comma = line.contains(';') && word.contains(',');
+            let number =
+                if decimal_comma { word.replacen(',', ".", 1).parse() } else { word.parse() };
+            *value = number.map_err(|_| {
                 let fact = format!("`{word}` in column `{}` is not a number", heads[c]);
                 wrong(file, k + 1, fact, "each row needs a number under each heading")
             })?;
