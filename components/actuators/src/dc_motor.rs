@@ -33,8 +33,8 @@ pub struct DcMotorParams {
     /// Torque (and back-EMF) constant.
     #[param(unit = "N m/A", range = 0.0..)]
     pub torque_constant: f64,
-    /// Gear ratio, motor turns per output turn.
-    #[param(default = 1.0, range = 1e-3..)]
+    /// Gear ratio, motor turns per output turn; on a slider the angle of the motor per length.
+    #[param(slider = "rad/m", default = 1.0, range = 1e-3..)]
     pub gear: f64,
     /// Efficiency of the gear, from the motor to the shaft and back.
     #[param(default = 1.0, range = 0.01..=1.0)]
@@ -43,19 +43,19 @@ pub struct DcMotorParams {
     #[param(unit = "A", default = 1e9, range = 0.0..)]
     pub current_max: f64,
     /// Coulomb friction at the output shaft.
-    #[param(unit = "N m", default = 0.0, range = 0.0..)]
+    #[param(unit = "N m", slider = "N", default = 0.0, range = 0.0..)]
     pub coulomb: f64,
     /// Viscous friction at the output shaft.
-    #[param(unit = "N m s/rad", default = 0.0, range = 0.0..)]
+    #[param(unit = "N m s/rad", slider = "N s/m", default = 0.0, range = 0.0..)]
     pub viscous: f64,
     /// Holding torque of the brake at the output shaft.
-    #[param(unit = "N m", default = 0.0, range = 0.0..)]
+    #[param(unit = "N m", slider = "N", default = 0.0, range = 0.0..)]
     pub brake: f64,
     /// Stiffness with which friction and brake hold.
-    #[param(unit = "N m/rad", default = 1e4, range = 1e-3..)]
+    #[param(unit = "N m/rad", slider = "N/m", default = 1e4, range = 1e-3.., needs = "coulomb or brake or efficiency != 1")]
     pub hold_stiffness: f64,
     /// Damping with which friction and brake hold.
-    #[param(unit = "N m s/rad", default = 50.0, range = 0.0..)]
+    #[param(unit = "N m s/rad", slider = "N s/m", default = 50.0, range = 0.0.., needs = "coulomb or brake or efficiency != 1")]
     pub hold_damping: f64,
 }
 

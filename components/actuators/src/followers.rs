@@ -18,10 +18,10 @@ pub struct RateFollowerParams {
     #[param(unit = "s", default = 0.1, range = 1e-4..)]
     pub time_constant: f64,
     /// Maximum acceleration.
-    #[param(unit = "rad/s^2", default = 10.0, range = 1e-6..)]
+    #[param(unit = "rad/s^2", slider = "m/s^2", default = 10.0, range = 1e-6..)]
     pub acceleration_max: f64,
     /// Maximum rate; larger commands are limited, and the output `limited` is true.
-    #[param(unit = "rad/s", default = 1.7, range = 1e-6..)]
+    #[param(unit = "rad/s", slider = "m/s", default = 1.7, range = 1e-6..)]
     pub rate_max: f64,
     /// Efficiency η of motor and gear.
     #[param(default = 0.5, range = 1e-3..=1.0)]
@@ -111,10 +111,10 @@ pub struct AngleFollowerParams {
     #[param(unit = "s", default = 0.05, range = 1e-4..)]
     pub time_constant: f64,
     /// Maximum rate.
-    #[param(unit = "rad/s", default = 1.0, range = 1e-6..)]
+    #[param(unit = "rad/s", slider = "m/s", default = 1.0, range = 1e-6..)]
     pub rate_max: f64,
     /// Maximum acceleration.
-    #[param(unit = "rad/s^2", default = 10.0, range = 1e-6..)]
+    #[param(unit = "rad/s^2", slider = "m/s^2", default = 10.0, range = 1e-6..)]
     pub acceleration_max: f64,
 }
 

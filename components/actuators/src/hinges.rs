@@ -28,14 +28,14 @@ pub struct ShaftOut {
 /// Spring and damper.
 #[derive(Params, Clone, Debug)]
 pub struct SpringDamperParams {
-    /// Stiffness (sliders: N/m).
-    #[param(unit = "N m/rad", default = 0.0, range = 0.0..)]
+    /// Stiffness.
+    #[param(unit = "N m/rad", slider = "N/m", default = 0.0, range = 0.0..)]
     pub stiffness: f64,
-    /// Damping (sliders: N s/m).
-    #[param(unit = "N m s/rad", default = 0.0, range = 0.0..)]
+    /// Damping.
+    #[param(unit = "N m s/rad", slider = "N s/m", default = 0.0, range = 0.0..)]
     pub damping: f64,
-    /// Angle at rest (sliders: m).
-    #[param(unit = "rad", default = 0.0)]
+    /// Coordinate at rest.
+    #[param(unit = "rad", slider = "m", default = 0.0, needs = "stiffness")]
     pub rest: f64,
 }
 
@@ -80,17 +80,17 @@ impl Model for SpringDamper {
 /// Two stops.
 #[derive(Params, Clone, Debug)]
 pub struct SoftStopParams {
-    /// Lower stop (sliders: m).
-    #[param(unit = "rad")]
+    /// Lower stop.
+    #[param(unit = "rad", slider = "m")]
     pub lower: f64,
-    /// Upper stop (sliders: m).
-    #[param(unit = "rad")]
+    /// Upper stop.
+    #[param(unit = "rad", slider = "m")]
     pub upper: f64,
-    /// Stiffness beyond a stop (sliders: N/m).
-    #[param(unit = "N m/rad", default = 1e4, range = 0.0..)]
+    /// Stiffness beyond a stop.
+    #[param(unit = "N m/rad", slider = "N/m", default = 1e4, range = 0.0..)]
     pub stiffness: f64,
-    /// Dissipation: the torque increases by this fraction per rad/s into the stop.
-    #[param(unit = "s/rad", default = 1.0, range = 0.0..)]
+    /// Dissipation: the torque increases by this fraction per rad/s (m/s) into the stop.
+    #[param(unit = "s/rad", slider = "s/m", default = 1.0, range = 0.0..)]
     pub dissipation: f64,
 }
 
@@ -129,10 +129,10 @@ pub struct DifferentialParams {
     #[param(default = 1.0)]
     pub ratio: f64,
     /// Stiffness of the mechanism.
-    #[param(unit = "N m/rad", default = 1e5, range = 0.0..)]
+    #[param(unit = "N m/rad", slider = "N/m", default = 1e5, range = 0.0..)]
     pub stiffness: f64,
     /// Damping of the mechanism.
-    #[param(unit = "N m s/rad", default = 2e3, range = 0.0..)]
+    #[param(unit = "N m s/rad", slider = "N s/m", default = 2e3, range = 0.0..)]
     pub damping: f64,
 }
 

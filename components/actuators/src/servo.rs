@@ -14,7 +14,7 @@ use linkwork_runtime::prelude::*;
 #[derive(Params, Clone, Debug)]
 pub struct TorqueDriveParams {
     /// Greatest torque.
-    #[param(unit = "N m", default = 1e9, range = 0.0..)]
+    #[param(unit = "N m", slider = "N", default = 1e9, range = 0.0..)]
     pub torque_max: f64,
 }
 
@@ -69,10 +69,10 @@ impl Model for TorqueDrive {
 #[derive(Params, Clone, Debug)]
 pub struct RateServoParams {
     /// Torque for each rad/s of error.
-    #[param(unit = "N m s/rad", range = 0.0..)]
+    #[param(unit = "N m s/rad", slider = "N s/m", range = 0.0..)]
     pub gain: f64,
     /// Greatest torque.
-    #[param(unit = "N m", default = 1e9, range = 0.0..)]
+    #[param(unit = "N m", slider = "N", default = 1e9, range = 0.0..)]
     pub torque_max: f64,
 }
 
@@ -131,13 +131,13 @@ impl Model for RateServo {
 #[derive(Params, Clone, Debug)]
 pub struct PositionServoParams {
     /// Stiffness.
-    #[param(unit = "N m/rad", range = 0.0..)]
+    #[param(unit = "N m/rad", slider = "N/m", range = 0.0..)]
     pub stiffness: f64,
     /// Damping.
-    #[param(unit = "N m s/rad", range = 0.0..)]
+    #[param(unit = "N m s/rad", slider = "N s/m", range = 0.0..)]
     pub damping: f64,
     /// Greatest torque.
-    #[param(unit = "N m", default = 1e9, range = 0.0..)]
+    #[param(unit = "N m", slider = "N", default = 1e9, range = 0.0..)]
     pub torque_max: f64,
 }
 

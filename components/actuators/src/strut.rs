@@ -18,7 +18,7 @@ pub struct StrutParams {
     #[param(unit = "N s/m", default = 0.0, range = 0.0..)]
     pub damping: f64,
     /// Length without force L₀.
-    #[param(unit = "m", default = 0.0, range = 0.0..)]
+    #[param(unit = "m", default = 0.0, range = 0.0.., needs = "stiffness")]
     pub rest: f64,
 }
 

@@ -22,7 +22,7 @@ pub struct TendonParams {
     #[param(default = 0.0, range = 0.0..)]
     pub stiffness: f64,
     /// Lengths between which the spring exerts no force.
-    #[param(default = [0.0, 0.0])]
+    #[param(default = [0.0, 0.0], needs = "stiffness")]
     pub rest: [f64; 2],
     /// Damping: force per unit of rate.
     #[param(default = 0.0, range = 0.0..)]
@@ -31,10 +31,10 @@ pub struct TendonParams {
     #[param(default = None)]
     pub range: Option<[f64; 2]>,
     /// Stiffness beyond a bound.
-    #[param(default = 1e4, range = 0.0..)]
+    #[param(default = 1e4, range = 0.0.., needs = "range")]
     pub limit_stiffness: f64,
     /// Damping beyond a bound.
-    #[param(default = 0.0, range = 0.0..)]
+    #[param(default = 0.0, range = 0.0.., needs = "range")]
     pub limit_damping: f64,
 }
 

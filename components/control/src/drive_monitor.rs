@@ -20,10 +20,10 @@ pub struct DriveMonitorParams {
     #[param(unit = "N m", default = 1e9, range = 0.0..)]
     pub stall_torque: f64,
     /// Fraction of the commanded rate below which a wheel counts as not turning.
-    #[param(default = 0.1, range = 0.0..=1.0)]
+    #[param(default = 0.1, range = 0.0..=1.0, needs = "stall_torque != 1e9")]
     pub stall_share: f64,
     /// Time without turning after which a wheel counts as stalled.
-    #[param(unit = "s", default = 2.0, range = 0.0..)]
+    #[param(unit = "s", default = 2.0, range = 0.0.., needs = "stall_torque != 1e9")]
     pub stall_after: f64,
     /// Slip that stops the drive.
     #[param(default = 1e9, range = 0.0..)]

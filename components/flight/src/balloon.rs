@@ -61,7 +61,7 @@ pub struct BalloonParams {
     #[param(unit = "m^2", default = 0.0, range = 0.0..)]
     pub valve: f64,
     /// Discharge coefficient C of duct and valve.
-    #[param(default = 0.6, range = 0.0..=1.0)]
+    #[param(default = 0.6, range = 0.0..=1.0, needs = "duct or valve")]
     pub discharge: f64,
     /// Heat transfer of the gas; default: the gas always has the temperature of the air plus ΔT.
     pub heat: Option<HeatParams>,

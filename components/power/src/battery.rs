@@ -216,9 +216,17 @@ impl Model for Battery {
         if p.curve.len() < 2 || p.curve.windows(2).any(|w| w[0][0] >= w[1][0] || w[0][1] > w[1][1])
         {
             return Err(BuildError::new(
-                "the curve needs at least two rows, and both columns must be strictly increasing",
+                "the curve needs at least two rows with increasing charge, and the voltage must not decrease",
             )
+            .help("sort the rows (charge, V) by charge")
             .at("curve"));
+        }
+        if let Some([charge, volts]) =
+            p.curve.iter().find(|r| !(0.0..=1.0).contains(&r[0]) || !(r[1] >= 0.0))
+        {
+            let fact = format!("the curve has {volts} V at a state of charge of {charge}");
+            let help = "write states of charge from 0 to 1, and voltages that are not negative";
+            return Err(BuildError::new(fact).help(help).at("curve"));
         }
         Ok(Battery { p })
     }
@@ -374,6 +382,20 @@ mod tests {
         BatteryIn {
             terminal: Currents { current: load.max(0.0) },
             charger: Currents { current: load.min(0.0) },
+        }
+    }
+
+    #[test]
+    fn curves_of_negative_voltages_and_charges_in_percent_are_refused() {
+        let of = |curve: Vec<[f64; 2]>| Battery::build(BatteryParams { curve, ..battery().p });
+        assert!(of(vec![[0.0, 0.0], [1.0, 30.0]]).is_ok());
+        for (curve, fact) in [
+            (vec![[0.0, -20.0], [1.0, 30.0]], "-20 V at a state of charge of 0"),
+            (vec![[0.0, 20.0], [100.0, 30.0]], "30 V at a state of charge of 100"),
+            (vec![[0.0, 20.0], [0.0, 30.0]], "increasing charge"),
+        ] {
+            let e = of(curve).err().unwrap();
+            assert!(e.message.contains(fact) && e.param.as_deref() == Some("curve"), "{e:?}");
         }
     }
 

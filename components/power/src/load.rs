@@ -35,7 +35,7 @@ pub struct LoadParams {
     #[param(default = Law::Power)]
     pub law: Law,
     /// Voltage at which the load draws these powers; with `law: power` it draws them at any voltage.
-    #[param(unit = "V", default = 28.0, range = 0.1..)]
+    #[param(unit = "V", default = 28.0, range = 0.1.., needs = "law != power")]
     pub volts_rated: f64,
     /// Voltage below which the load browns out.
     #[param(unit = "V", default = 22.0, range = 0.1..)]

@@ -20,7 +20,7 @@ pub struct ThermalNodeParams {
     #[param(unit = "K", range = 1.0..)]
     pub temperature: f64,
     /// Area of the outer surface, which radiates, absorbs light and exchanges heat with the air; 0: heat flows through links only.
-    #[param(unit = "m^2", default = 0.0, range = 0.0..)]
+    #[param(unit = "m^2", default = 0.0, range = 0.0.., needs = "emissivity or absorptivity or convection")]
     pub area: f64,
     /// Emissivity of the surface in the infrared.
     #[param(default = 0.0, range = 0.0..=1.0)]

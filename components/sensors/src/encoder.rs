@@ -22,7 +22,7 @@ pub struct EncoderParams {
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct EncoderIn {
     /// The shaft.
-    #[port(bind = "shaft")]
+    #[port("rad", bind = "shaft")]
     pub shaft: HingeState,
 }
 

@@ -58,7 +58,7 @@ pub struct GnssParams {
     #[param(unit = "m", default = 1.5, range = 0.0..)]
     pub wander_sigma: f64,
     /// Time constant τ of the time-correlated range error.
-    #[param(unit = "s", default = 600.0, range = 1e-3..)]
+    #[param(unit = "s", default = 600.0, range = 1e-3.., needs = "wander_sigma")]
     pub wander_time: f64,
     /// Standard deviation σ_v of a range rate.
     #[param(unit = "m/s", default = 0.05, range = 0.0..)]

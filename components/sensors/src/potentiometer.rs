@@ -12,16 +12,16 @@ use linkwork_runtime::prelude::*;
 #[derive(Params, Clone, Debug)]
 pub struct PotentiometerParams {
     /// Angle at the lower end of the track.
-    #[param(unit = "rad", default = -2.967)]
+    #[param(unit = "rad", slider = "m", default = -2.967)]
     pub lower: f64,
     /// Angle at the upper end of the track.
-    #[param(unit = "rad", default = 2.967)]
+    #[param(unit = "rad", slider = "m", default = 2.967)]
     pub upper: f64,
     /// Bits of the converter; default: no quantization.
     #[param(default = None)]
     pub bits: Option<u32>,
     /// Standard deviation of the wiper's noise per sample.
-    #[param(unit = "rad", default = 0.0, range = 0.0..)]
+    #[param(unit = "rad", slider = "m", default = 0.0, range = 0.0..)]
     pub sigma: f64,
 }
 

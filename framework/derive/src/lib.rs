@@ -34,7 +34,8 @@ pub fn state(input: TokenStream) -> TokenStream {
 
 /// Parameters with units, ranges, defaults and documentation.
 ///
-/// Field attribute: `#[param(unit = "ohm", range = 1e-3.., default = 1.0, service)]`.
+/// Field attribute: `#[param(unit = "ohm", range = 1e-3.., default = 1.0, service)]`. `slider = "N/m"` is the unit on sliders, and `needs = "brake"`
+/// states the parameters without which it has no effect.
 #[proc_macro_derive(Params, attributes(param))]
 pub fn params(input: TokenStream) -> TokenStream {
     finish(params::derive(&syn::parse_macro_input!(input as syn::DeriveInput)))

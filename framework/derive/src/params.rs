@@ -13,6 +13,8 @@ struct ParamAttr {
     default: Option<Expr>,
     range: Option<Expr>,
     service: bool,
+    slider: Option<LitStr>,
+    needs: Option<LitStr>,
 }
 
 fn parse(out: &mut ParamAttr, input: ParseStream) -> syn::Result<()> {
@@ -27,10 +29,12 @@ fn parse(out: &mut ParamAttr, input: ParseStream) -> syn::Result<()> {
                 "unit" => out.unit = Some(input.parse()?),
                 "default" => out.default = Some(input.parse()?),
                 "range" => out.range = Some(input.parse()?),
+                "slider" => out.slider = Some(input.parse()?),
+                "needs" => out.needs = Some(input.parse()?),
                 _ => {
                     return Err(syn::Error::new(
                         key.span(),
-                        "unknown param attribute; known: unit, default, range, service",
+                        "unknown param attribute; known: unit, default, range, service, slider, needs",
                     ));
                 }
             }
@@ -93,11 +97,16 @@ fn derive_struct(input: &DeriveInput, fields: &Fields) -> syn::Result<Tokens> {
             None => (quote!(None), quote!(None::<fn() -> #ty>)),
         };
         let service = attr.service;
+        let text_of = |text: &Option<LitStr>| match text {
+            Some(text) => quote!(Some(#text)),
+            None => quote!(None),
+        };
+        let (slider, needs) = (text_of(&attr.slider), text_of(&attr.needs));
         specs.push(quote! {
             #rt::ParamSpec {
                 name: #text, unit: #unit, doc: #doc, range: #range, default: #default_text,
                 kind: <#ty as #rt::Param>::kind(), fields: <#ty as #rt::Param>::fields(),
-                service: #service,
+                service: #service, slider: #slider, needs: #needs,
             }
         });
         reads.push(quote! {
@@ -142,6 +151,7 @@ fn derive_struct(input: &DeriveInput, fields: &Fields) -> syn::Result<Tokens> {
             fn read_map(map: &#rt::Located, cx: &mut #rt::ReadCx<'_>) -> Option<Self> {
                 let specs = <Self as #rt::Params>::specs();
                 let known = cx.only_known(map, &specs);
+                cx.settings_of(map, &specs);
                 #(#reads)*
                 if !known { return None; }
                 Some(Self { #(#idents: #idents?),* })

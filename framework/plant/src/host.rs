@@ -7,8 +7,8 @@ use linkwork_dynamics::Tree;
 use linkwork_multibody::{Body, BodyId, SubhingeKind};
 use linkwork_runtime::doc::number;
 use linkwork_runtime::{
-    Bound, BuildError, Fault, Host, Lowering, Origin, PortKind, Prototype, ServiceObject, Services,
-    Setting,
+    BindTarget, Bound, BuildError, Fault, Host, Lowering, Origin, PortKind, Prototype,
+    ServiceObject, Services, Setting,
 };
 use linkwork_solvers::Rolling;
 use linkwork_spatial::{Pose, Quat, Vec3, nalgebra};
@@ -74,6 +74,9 @@ impl Host for MechanismSpec {
         spec.check_loads(bound, out);
         let rolling = self.rolling(services, &ports, out);
         Box::new(MechanismPart::new(&spec, (gravity, rolling), ports, out.warnings))
+    }
+    fn slides(&self, target: &BindTarget) -> Option<bool> {
+        crate::ports::slides(&self.multibody, target)
     }
     fn settings(&self) -> Vec<Setting> {
         self.all_settings()

@@ -148,6 +148,27 @@ fn constraint_method(
     }
 }
 
+/// Returns the kind of the coordinate, for targets that are one coordinate.
+fn kind_of(mb: &Multibody, at: &Target) -> Option<SubhingeKind> {
+    match at {
+        Target::Hinge { kind, .. } => Some(*kind),
+        Target::Loop(i) => {
+            mb.loops().iter().find(|l| l.motions.contains(&(*i as usize))).and_then(|l| {
+                let given = |s: &&Subhinge| s.coordinate == Coordinate::Prescribed;
+                let which = *i as usize - l.motions.start;
+                l.closure.hinge.subhinges.iter().filter(given).nth(which).map(|s| s.kind)
+            })
+        }
+        Target::Node(_) | Target::Ball { .. } => None,
+    }
+}
+
+/// Returns whether a target is a coordinate that is a length; `None` if it is not one coordinate.
+pub(crate) fn slides(mb: &Multibody, target: &BindTarget) -> Option<bool> {
+    let at = resolve(mb, target, Wants::Any).ok()?;
+    kind_of(mb, &at).map(|kind| matches!(kind, SubhingeKind::Slider { .. }))
+}
+
 /// Checks that a hinge has the unit that the part declares, because the part would otherwise read an angle as metres.
 fn quantity(
     mb: &Multibody,
@@ -158,18 +179,7 @@ fn quantity(
     if port.kind != PortKind::HingeState || port.unit.is_empty() {
         return;
     }
-    let kind = match at {
-        Target::Hinge { kind, .. } => Some(*kind),
-        Target::Loop(i) => {
-            mb.loops().iter().find(|l| l.motions.contains(&(*i as usize))).and_then(|l| {
-                let given = |s: &&Subhinge| s.coordinate == Coordinate::Prescribed;
-                let which = *i as usize - l.motions.start;
-                l.closure.hinge.subhinges.iter().filter(given).nth(which).map(|s| s.kind)
-            })
-        }
-        Target::Node(_) | Target::Ball { .. } => None,
-    };
-    let Some(kind) = kind else { return };
+    let Some(kind) = kind_of(mb, at) else { return };
     let (is, moves) = match kind {
         SubhingeKind::Slider { .. } => ("a slider", "m"),
         _ => ("a pin or screw", "rad"),

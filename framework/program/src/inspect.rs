@@ -107,7 +107,10 @@ fn ports(out: &mut String, title: &str, list: &[PortSpec]) {
 
 fn params(out: &mut String, list: &[ParamSpec], indent: usize) {
     for p in list {
-        let unit = p.unit.map_or(p.kind.clone(), str::to_string);
+        let mut unit = p.unit.map_or(p.kind.clone(), str::to_string);
+        if let Some(slider) = p.slider {
+            unit += &format!("; {slider} on a slider");
+        }
         let default = match (&p.default, p.service) {
             (_, true) => "nearest".to_string(),
             (Some(d), _) => d.to_string(),

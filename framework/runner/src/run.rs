@@ -130,6 +130,11 @@ pub fn recorder_entry(name: &str) -> String {
     format!("recorder.{name}")
 }
 
+/// A condition that becomes true within this time (s) before a row becomes true at the row.
+const INSTANT: f64 = 1e-9;
+/// Largest number of events at that instant.
+const EVENTS_MAX: u32 = 1000;
+
 /// Longest time to wait for the last samples of a viewer.
 const LAST_ROWS: Duration = Duration::from_secs(3);
 
@@ -311,6 +316,9 @@ impl<W: Watch> Runner<W> {
                         return Pause::Ended(Ended::Failed(e));
                     }
                     Ok(Step::Watched(which)) if goal.stop_when == Some(which) => {
+                        if let Err(e) = self.finish_instant() {
+                            return Pause::Ended(Ended::Failed(e));
+                        }
                         return self.at_tick(goal).unwrap_or(Pause::Ended(Ended::StopWhen));
                     }
                     Ok(_) if goal.events.is_some() => break,
@@ -323,6 +331,17 @@ impl<W: Watch> Runner<W> {
             goal.events = goal.events.map(|n| n - 1);
         }
         Pause::Chunk
+    }
+
+    /// Processes the work of the row if a run stops at its instant: sampled parts that are due there have the values of this instant.
+    fn finish_instant(&mut self) -> Result<(), RunError> {
+        for _ in 0..EVENTS_MAX {
+            if self.sim.at_row() || self.sim.time_to_row() > INSTANT {
+                break;
+            }
+            self.sim.step_watched()?;
+        }
+        Ok(())
     }
 
     /// Processes what is due at the present tick.

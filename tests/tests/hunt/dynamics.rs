@@ -265,6 +265,30 @@ const CASES: &[Case] = &[
         metrics: { "same": (when: "abs(arm.angle - one[1].angle) < 1e-9 rad") }"#,
         want: &[("same", 1.0, 0.0)],
     },
+    Case {
+        report: "textbook: a ball that spins in place stops after I w/(c m g)",
+        text: r#"bodies: { "g": (parent: "world", shapes: [(shape: Box([20, 4, 0.2]), at: (position: [0, 0, -0.1]), collide: true)]),
+            "b": (parent: "world", hinge: Free, mass: 2, inertia: Sphere(0.1), shapes: [(shape: Sphere(0.1), collide: (spinning_friction: "5 mm"))], initial: (position: [0, 0, 0.1], angular: [0, 0, 20])) },
+        parts: { EARTH }, contact: (), step: "1 ms", until: "4 s",
+        metrics: { "rate": (of: "b.angular.z", at: "time >= 1 s"), "end": (of: "b.angular.z") }"#,
+        // 5 mm g/(0.4 r^2) = 12.2625 rad/s^2: it stops after 1.63 s.
+        want: &[("rate", 7.7375, 0.02), ("end", 0.0, 1e-9)],
+    },
+    Case {
+        report: "textbook: a belt that changes its direction carries a box with it",
+        text: r#"bodies: { "belt": (parent: "world", hinge: Locked, mass: 1, inertia: [1, 1, 1], shapes: [(shape: Box([60, 1, 0.2]), at: (position: [0, 0, -0.1]), collide: (friction: 0.5))]),
+            "box": (parent: "world", hinge: Free, mass: 3, inertia: Box([0.2, 0.2, 0.2]), shapes: [(shape: Box([0.2, 0.2, 0.2]), collide: (friction: 0.5))], initial: (position: [0, 0, 0.1])) },
+        parts: { EARTH, "S": (model: "basics.step", params: { "time": 1, "before": 1, "after": -1 }), "B": (model: "actuators.belt", params: { "direction": [2, 0, 0] }, bind: { "belt": "node:belt" }) },
+        wires: ["S.y -> B.speed"], contact: (), step: "1 ms", until: "2 s",
+        metrics: { "early": (of: "box.velocity.x", at: "time >= 0.1 s"), "v": (of: "box.velocity.x", at: "time >= 0.9 s"), "turned": (of: "box.velocity.x", at: "time >= 1.2 s"), "end": (of: "box.velocity.x") }"#,
+        // mu g t up to 1 m/s, then 1 m/s - mu g t.
+        want: &[
+            ("early", 0.4905, 0.01),
+            ("v", 1.0, 1e-6),
+            ("turned", 0.019, 0.01),
+            ("end", -1.0, 1e-6),
+        ],
+    },
 ];
 
 #[test]

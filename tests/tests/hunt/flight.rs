@@ -308,6 +308,41 @@ const CASES: &[Case] = &[
         metrics: { "x": (of: "B.field.x", unit: "nT", at: "time >= 0 s"), "y": (of: "B.field.y", unit: "nT", at: "time >= 0 s"), "z": (of: "B.field.z", unit: "nT", at: "time >= 0 s") }"#,
         want: &[("x", -1_926.548_58, 1e-3), ("y", 27_456.621_76, 1e-3), ("z", 15_997.352_90, 1e-3)],
     },
+    Case {
+        report: "textbook: eclipse of a geostationary satellite at the equinox, umbra and penumbra",
+        text: r#"world: (body: "earth", turns: still), bodies: { "a": (parent: "world", hinge: Free, mass: 1000, inertia: [1, 1, 1], initial: (elements: (semi_major_axis: "42164 km"))) },
+        parts: { "Gravity": (model: "environment.point_mass_gravity"), "Sun": (model: "environment.fixed_sun", params: { "direction": [1, 0, 0], "distance_au": 1 }), "P": (model: "flight.radiation_pressure", params: { "area": 1e-9 }, bind: { "body": "node:a" }) },
+        step: "60 s", integrator: "dormand_prince_54", accuracy: (step_max: "30 s"), until: "86160 s",
+        metrics: { "dark": (when: "P.visible <= 0", take: "mean"), "part": (when: "P.visible < 1", take: "mean") }"#,
+        // (asin(R/a) -+ 0.2664 deg)/pi for one orbit of 86 164 s.
+        want: &[("dark", 0.046_858, 1e-4), ("part", 0.049_819, 1e-4)],
+    },
+    Case {
+        report: "textbook: drag lowers a circular orbit by da/dt = -rho C_D A/m sqrt(mu a)",
+        text: r#"world: (body: "other", mu: "398600.4418 km^3/s^2", radius: "6378.137 km", turns: still), bodies: { "a": (parent: "world", hinge: Free, mass: 100, inertia: [1, 1, 1], initial: (elements: (semi_major_axis: "6778 km"))) },
+        parts: { "Gravity": (model: "environment.point_mass_gravity"), "Air": (model: "environment.exponential_atmosphere", params: { "density": 1e-11, "scale_height": "1e9 km", "temperature": 800, "gas_constant": 287, "heat_ratio": 1.4, "heating_constant": 0 }),
+            "D": (model: "flight.drag", params: { "coefficient": 2.2, "area": 2 }, bind: { "body": "node:a" }), "O": (model: "flight.orbit", bind: { "body": "node:a" }) },
+        step: "60 s", integrator: "dormand_prince_54", until: "86400 s", metrics: { "energy": (of: "O.energy") }"#,
+        // -mu/2a with sqrt(a) smaller by rho C_D A/(2 m) sqrt(mu) per second.
+        want: &[("energy", -29_412_560.603, 2.0)],
+    },
+    Case {
+        report: "textbook: the node of an eccentric orbit at the critical inclination",
+        text: r#"world: (body: "earth"), bodies: { "a": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (elements: (semi_major_axis: "12000 km", eccentricity: 0.2, inclination: "63.4349488 deg", ascending_node: "50 deg", pericentre: "270 deg"))) },
+        parts: { "Gravity": (model: "environment.zonal_gravity", params: { "j2": 1.08262668e-3 }), "O": (model: "flight.orbit", bind: { "body": "node:a" }) },
+        step: "60 s", integrator: "verner_87", until: "432000 s", metrics: { "node": (of: "O.ascending_node", unit: "deg"), "e": (of: "O.eccentricity") }"#,
+        // -1.5 n J2 (R/p)^2 cos i: -0.5293 deg a day.
+        want: &[("node", 47.353_5, 0.02), ("e", 0.2, 3e-4)],
+    },
+    Case {
+        report: "textbook: the rocket equation, until the tank is dry between two samples",
+        text: r#"bodies: { "a": (parent: "world", hinge: Slider([0, 0, 1]), mass: 600, inertia: [1, 1, 1]) },
+        parts: { "Tank": (model: "flight.propellant_tank", params: { "propellant": 400, "radius": "10 um", "density": 1e20 }, bind: { "bottom": "node:a" }), "E": (model: "flight.engine", params: { "thrust": 10000, "specific_impulse": 300 }, bind: { "nozzle": "node:a" }), "One": (model: "basics.constant", params: { "value": 1.5 }) },
+        wires: ["One.y -> E.throttle"], connect: [("E.propellant", "Tank.outlet")], gravity: "none", step: "10 s", integrator: "dormand_prince_54", until: "300 s",
+        metrics: { "v": (of: "a.speed"), "left": (of: "Tank.propellant"), "dry": (of: "Tank.propellant", take: "time_of_min") }"#,
+        // 300 s g0 ln(1000/600); 400 kg at 10 kN/(300 s g0), because a throttle above 1 is 1.
+        want: &[("v", 1502.846_43, 1e-4), ("left", 0.0, 1e-9), ("dry", 117.679_8, 1e-3)],
+    },
 ];
 
 #[test]

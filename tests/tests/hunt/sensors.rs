@@ -167,6 +167,34 @@ const CASES: &[Case] = &[
             ("zero", 0.0, 0.0),
         ],
     },
+    Case {
+        report: "textbook: an accelerometer beside the axis of an arm that is accelerated (centripetal and tangential)",
+        text: r#"bodies: { "arm": (parent: "world", hinge: Pin([0, 0, 1]), mass: 1, inertia: [1, 1, 2], nodes: { "n": (position: [0.3, 0.4, 0]) }) },
+        parts: { EARTH, "A": (model: "sensors.imu", rate: "100 Hz", params: { "grade": ideal }, bind: { "mount": "node:arm/n" }), "Supply": (model: "power.ideal_supply", params: { "voltage": 24 }),
+            "T": (model: "actuators.torque_drive", bind: { "shaft": "hinge:arm" }), "C": (model: "basics.constant", params: { "value": 6 }) },
+        wires: ["C.y -> T.torque"], connect: [("T.supply", "Supply.terminal")], step: "10 ms", until: "1 s",
+        metrics: { "x": (of: "A.force.x", at: "time >= 0.5 s"), "y": (of: "A.force.y", at: "time >= 0.5 s"), "rate": (of: "A.rate.z", at: "time >= 0.5 s") }"#,
+        // 3 rad/s^2, and 1.5 rad/s after 0.5 s: -x w^2 - y a, -y w^2 + x a.
+        want: &[("x", -1.875, 1e-9), ("y", 0.0, 1e-9), ("rate", 1.5, 1e-9)],
+    },
+    Case {
+        report: "textbook: a gyroscope at rest at a latitude of 30 degrees, in axes that are turned to the north",
+        text: r#"world: (body: "earth", site: (latitude: "30 deg", longitude: 0)), bodies: { "b": (parent: "world", nodes: { "n": (rotation: (rpy: [0, 0, "90 deg"])) }) },
+        parts: { "Gravity": (model: "environment.point_mass_gravity"), "A": (model: "sensors.imu", rate: "10 Hz", params: { "grade": ideal }, bind: { "mount": "node:b/n" }) },
+        step: "0.1 s", until: "1 s", metrics: { "x": (of: "A.rate.x"), "y": (of: "A.rate.y"), "z": (of: "A.rate.z") }"#,
+        // 7.292115e-5 rad/s: its cosine to the north, its sine upwards.
+        want: &[("x", 6.315_156_84e-5, 1e-12), ("y", 0.0, 1e-15), ("z", 3.646_057_5e-5, 1e-12)],
+    },
+    Case {
+        report: "textbook: share of the time for which a thermostat heats, and its extremes between samples",
+        text: r#"parts: { "A": (model: "power.thermal_node", params: { "capacity": 1000, "temperature": "280 K" }), "B": (model: "power.thermal_boundary"), "T": (model: "basics.constant", params: { "value": 250 }),
+            "L": (model: "power.thermal_link", params: { "conductance": 1 }), "Supply": (model: "power.ideal_supply", params: { "voltage": 28 }), "H": (model: "power.heater", params: { "power": 50, "on_below": 280, "band": 2 }) },
+        wires: ["T.y -> B.temperature"], connect: [("L.a", "A.port"), ("L.b", "B.port"), ("H.node", "A.port"), ("H.supply", "Supply.terminal")],
+        step: "600 s", integrator: "dormand_prince_54", until: "30000 s", stop_when: "time >= 16989.904 s",
+        metrics: { "high": (of: "A.temperature", take: "max"), "low": (of: "A.temperature", take: "min"), "share": (of: "H.on", take: "mean") }"#,
+        // Heating takes C/G ln(20/18), cooling C/G ln(32/30); the run has 100 of both.
+        want: &[("high", 282.0, 1e-6), ("low", 280.0, 1e-6), ("share", 0.620136039, 1e-5)],
+    },
 ];
 
 #[test]

@@ -154,6 +154,73 @@ fn a_driven_ball_and_a_belt_close() {
     near(energy.parts["Mechanism"].residual.unwrap(), 0.0, 2e-3);
 }
 
+/// The force of a sampled part jumps at the ends of fixed steps; the work of each step is force × path, exactly.
+#[test]
+fn a_sampled_force_closes() {
+    let all = of(r#"Simulation(
+        bodies: { "a": (parent: "world", hinge: Slider([1, 0, 0]), mass: 2, inertia: [1, 1, 1], initial: (rate: 0.3)) },
+        gravity: "none",
+        parts: {
+            "Supply": (model: "power.ideal_supply", params: { "voltage": 24 }),
+            "Drive": (model: "actuators.torque_drive", bind: { "shaft": "hinge:a" }),
+            "Wave": (model: "basics.sine", params: { "amplitude": 5, "frequency": 0.3 }),
+            "Hold": (model: "basics.hold", rate: "5 Hz"),
+        },
+        connect: [("Drive.supply", "Supply.terminal")], wires: ["Wave.y -> Hold.u", "Hold.y -> Drive.torque"],
+        step: "100 ms", integrator: "rk4", until: "5 s",
+    )"#);
+    let mechanism = &all["energy"].parts["Mechanism"];
+    assert!(mechanism.carried > 5.0 && mechanism.uncertainty == 0.0, "{mechanism:#?}");
+    near(mechanism.residual.unwrap(), 0.0, 1e-9);
+}
+
+/// Pulses of a thruster that are shorter than a fixed step: work, and mass of the propellant.
+#[test]
+fn pulses_within_a_fixed_step_close() {
+    for (method, step) in [("rk4", "100 ms"), ("rk4", "1 s"), ("semi_implicit_euler", "100 ms")] {
+        let all = of(&format!(
+            r#"Simulation(
+                bodies: {{ "a": (parent: "world", hinge: Slider([0, 0, 1]), mass: 10, inertia: [1, 1, 1]) }},
+                gravity: "none",
+                parts: {{
+                    "Feed": (model: "flight.ideal_feed"),
+                    "Rows": (model: "flight.sequence", params: {{ "rows": [[0, 0], [1.3, 1], [1.303, 0], [2.1, 1], [2.5, 0]] }}),
+                    "Thruster": (model: "flight.thruster", params: {{ "thrust": 22, "rise": "6 ms", "fall": "11 ms" }}, bind: {{ "nozzle": "node:a" }}),
+                }},
+                connect: [("Thruster.propellant", "Feed.outlet")], wires: ["Rows.y -> Thruster.command"],
+                step: "{step}", integrator: "{method}", until: "4 s",
+            )"#
+        ));
+        // The impulse of a pulse of width w is T (w + (fall − rise)(1 − e^(−w/rise))).
+        let pulse = |w: f64| 22.0 * (w + 0.005 * -f64::exp_m1(-w / 0.006));
+        let impulse = pulse(0.003) + pulse(0.4);
+        let energy = 0.5 * impulse * impulse / 10.0;
+        let mechanism = &all["energy"].parts["Mechanism"];
+        near(term(&all["energy"], "Mechanism", "kinetic energy"), -energy, 1e-6);
+        near(mechanism.residual.unwrap(), 0.0, 1e-6);
+        near(-term(&all["mass"], "Feed", "outlet"), impulse / (220.0 * 9.80665), 1e-9);
+    }
+}
+
+/// A spacecraft in orbit, or one that rotates freely, exchanges little compared with its energy: the accuracy of the integration is no open balance.
+#[test]
+fn accurate_motion_without_exchange_is_not_open() {
+    let orbit = |method: &str| {
+        format!(
+            r#"bodies: {{ "a": (parent: "world", hinge: Free, mass: 1000, inertia: [1, 1, 1], initial: (elements: (semi_major_axis: "7000 km", inclination: "50 deg"))) }},
+            world: (body: "earth"), parts: {{ "Gravity": (model: "environment.point_mass_gravity") }},
+            step: "60 s", integrator: "{method}", until: "30000 s""#
+        )
+    };
+    let tumbling = r#"bodies: { "a": (parent: "world", hinge: Free, mass: 1000, inertia: [100, 200, 250], initial: (angular: [1, 2, 3])) },
+        gravity: "none", step: "1 s", integrator: "dormand_prince_54", until: "1000 s""#;
+    for text in [orbit("dormand_prince_54"), orbit("verner_87"), tumbling.to_string()] {
+        // `of` panics if there is a warning.
+        let all = of(&format!("Simulation({text})"));
+        assert!(all["energy"].parts["Mechanism"].stored > 1e3, "{all:#?}");
+    }
+}
+
 #[test]
 fn a_motor_turns_electricity_into_work_and_heat() {
     for (method, step) in

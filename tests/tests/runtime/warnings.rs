@@ -323,3 +323,82 @@ fn mistakes_of_all_kinds_are_in_one_report() {
     let report = told(&text("\"k\": 2", "\"kk\": 3", "\"A.y -> B.v\"", log));
     assert_eq!(report.matches("matches no variable").count(), 1, "{report}");
 }
+
+/// Returns a simulation of a part `P` and the body `b` on a hinge, with a supply if `more` connects it.
+fn with_part(part: &str, more: &str) -> String {
+    let supply = match more.contains("Supply") {
+        true => r#""Supply": (model: "power.ideal_supply", params: { "voltage": 28 }),"#,
+        false => "",
+    };
+    format!(
+        r#"Simulation(
+            bodies: {{ "b": (parent: "world", hinge: Pin([0, 0, 1]), mass: 1, inertia: [1, 1, 1]) }}, gravity: "none",
+            parts: {{
+                {part},
+                {supply}
+            }},
+            step: "1 ms", until: "1 s", log: [(channels: ["**"])], {more}
+        )"#
+    )
+}
+
+#[test]
+fn parameters_without_an_effect_are_told() {
+    let motor = |params: &str| {
+        format!(
+            r#""P": (model: "actuators.dc_motor", bind: {{ "shaft": "hinge:b" }}, params: {{ "resistance": 1, "torque_constant": 1, {params} }})"#
+        )
+    };
+    let connect = r#"connect: [("P.supply", "Supply.terminal")]"#;
+    let told = only(&with_part(&motor(r#""hold_stiffness": 300"#), connect));
+    assert_eq!(
+        told,
+        "4: `P`: `hold_stiffness` has no effect: `coulomb` is 0 and `brake` is 0 and `efficiency` is 1 / remove it, or write `coulomb` or `brake` or `efficiency`"
+    );
+    for acts in [
+        r#""hold_stiffness": 300, "brake": "2 N m""#,
+        r#""hold_stiffness": 300, "efficiency": 0.9"#,
+        r#""hold_stiffness": 10000"#,
+    ] {
+        let all = warnings(&with_part(&motor(acts), connect));
+        assert!(all.is_empty(), "{acts}: {all:#?}");
+    }
+    // It acts in another phase.
+    let phases = r#"start: "one", phases: { "one": (to: { "two": "time > 0.5 s" }), "two": (parts: { "P": (params: { "brake": 2 }) }) }"#;
+    let text = with_part(&motor(r#""hold_stiffness": 300"#), &format!("{connect}, {phases}"));
+    assert!(warnings(&text).is_empty(), "{:#?}", warnings(&text));
+    for (part, more, fact) in [
+        (
+            r#""P": (model: "power.load", params: { "power_on": 3, "volts_rated": 12, "volts_min": 5 })"#,
+            connect,
+            "`volts_rated` has no effect: `law` is power",
+        ),
+        (
+            r#""P": (model: "flight.reaction_wheel", bind: { "wheel": "node:b" }, params: { "inertia": 0.1, "coulomb": 0.1, "stribeck": 3 })"#,
+            connect,
+            "`stribeck` has no effect: `breakaway` is 0",
+        ),
+        (
+            r#""P": (model: "actuators.spring_damper", bind: { "shaft": "hinge:b" }, params: { "damping": 1, "rest": "20 deg" })"#,
+            "",
+            "`rest` has no effect: `stiffness` is 0",
+        ),
+    ] {
+        let told = only(&with_part(part, more));
+        assert!(told.contains(fact), "{told}");
+    }
+}
+
+#[test]
+fn colours_of_the_view_without_an_object_are_told() {
+    let ball = r#""P": (model: "basics.constant", params: { "value": 1 })"#;
+    let told = warnings(&with_part(ball, "view: (ground: [1, 0, 0], planet: [0, 0, 1])"));
+    assert!(
+        told.len() == 2
+            && told[0].contains("`ground` has no effect: the simulation has no terrain")
+            && told[1].contains("`planet` has no effect: W is not a site on a planet"),
+        "{told:#?}"
+    );
+    let planet = r#"view: (planet: [0, 0, 1], planet_radius: "6378 km")"#;
+    assert!(warnings(&with_part(ball, planet)).is_empty());
+}

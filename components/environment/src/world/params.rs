@@ -11,6 +11,9 @@ use linkwork_world::planet::rotation::{
 use linkwork_world::planet::{self as world, Ellipsoid, Epoch, Geodetic, Rotation, Spin};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
+/// Default of [`WorldParams::span`], s.
+const SPAN: f64 = 172_800.0;
+
 fn told(e: &WorldError) -> BuildError {
     BuildError::of(e)
 }
@@ -77,7 +80,7 @@ pub struct WorldParams {
     pub kernel: Option<String>,
     /// Time span of the interpolation tables for the Earth's axis, Sun and Moon. At later times every query is computed directly, which is a thousand
     /// times slower.
-    #[param(unit = "s", default = 172_800.0, range = 1.0..=1e9)]
+    #[param(unit = "s", default = SPAN, range = 1.0..=1e9)]
     pub span: f64,
     /// UT1 − UTC at the epoch, for the Earth. The default 0 is wrong by up to 0.9 s, which is 400 m on the ground.
     #[param(unit = "s", default = 0.0, range = -1.0..=1.0)]
@@ -131,7 +134,7 @@ impl WorldParams {
             shadows: None,
             epoch: None,
             kernel: None,
-            span: 172_800.0,
+            span: SPAN,
             dut1: 0.0,
             pole: [0.0, 0.0],
             orientation: None,
@@ -283,6 +286,25 @@ impl WorldParams {
         made.map_err(|e| told(&e))
     }
 
+    /// Checks that the rotation uses the parameters of the Earth's orientation, and that the tables are used, if these are written.
+    fn of_the_earth(&self) -> Result<(), BuildError> {
+        let rotates = (self.turning(), self.body) == (Turning::Iau, Centre::Earth);
+        let written = [("dut1", self.dut1 != 0.0), ("pole", self.pole != [0.0, 0.0])];
+        if let Some((name, _)) = written.iter().find(|w| w.1 && !rotates) {
+            let fact = format!(
+                "`{name}` is written, but only the rotation of the Earth with `turns: iau` uses it"
+            );
+            let help = format!("remove `{name}`, or write `body: earth` and an `epoch`");
+            return Err(BuildError::new(fact).help(help).at(*name));
+        }
+        if self.span != SPAN && self.epoch.is_none() {
+            let fact = "`span` is written, but tables over time need an `epoch`";
+            let help = "remove `span`, or write an `epoch`";
+            return Err(BuildError::new(fact).help(help).at("span"));
+        }
+        Ok(())
+    }
+
     /// Checks it and makes its tables; `files` has the one of `orientation`.
     pub fn planet(&self, files: &Files) -> Result<Planet, BuildError> {
         if self.rate.is_some() && self.turning() != Turning::Fixed {
@@ -291,6 +313,7 @@ impl WorldParams {
             )
             .help("remove `rate`, or write `turns: fixed`"));
         }
+        self.of_the_earth()?;
         let constants = self.constants(files)?;
         let own = match &constants {
             Some((Constants::Text(pck), body)) => match pck.radii(*body) {

@@ -317,3 +317,24 @@ fn a_body_turns_by_a_kernel_of_constants() {
     }
     std::fs::remove_dir_all(folder).unwrap();
 }
+
+#[test]
+fn the_orientation_of_the_earth_belongs_to_the_earth() {
+    let files = Files::default();
+    let epoch = Some("2025-01-01 00:00:00 UTC".to_string());
+    let of = |body: Centre, turns: Option<Turning>| {
+        let angle = (turns == Some(Turning::Fixed)).then_some(0.3);
+        WorldParams { turns, angle, epoch: epoch.clone(), ..WorldParams::of(body) }
+    };
+    assert!(WorldParams { dut1: 0.3, ..of(Centre::Earth, None) }.planet(&files).is_ok());
+    for (p, param) in [
+        (WorldParams { dut1: 0.3, ..of(Centre::Mars, None) }, "dut1"),
+        (WorldParams { dut1: 0.3, ..of(Centre::Earth, Some(Turning::Fixed)) }, "dut1"),
+        (WorldParams { dut1: 0.3, ..WorldParams::of(Centre::Earth) }, "dut1"),
+        (WorldParams { pole: [1e-6, 0.0], ..of(Centre::Moon, None) }, "pole"),
+        (WorldParams { span: 1e6, ..WorldParams::of(Centre::Earth) }, "span"),
+    ] {
+        let e = p.planet(&files).err().unwrap();
+        assert!(e.param.as_deref() == Some(param) && e.help.is_some(), "{param}: {e:?}");
+    }
+}

@@ -43,10 +43,10 @@ pub struct WheelParams {
     #[param(unit = "N m", default = 0.0, range = 0.0..)]
     pub breakaway: f64,
     /// Stribeck speed Ω_s, over which friction decreases from T_s to T_c.
-    #[param(unit = "rad/s", default = 1.0, range = 1e-6..)]
+    #[param(unit = "rad/s", default = 1.0, range = 1e-6.., needs = "breakaway")]
     pub stribeck: f64,
     /// Speed ε below which Coulomb friction is smoothed.
-    #[param(unit = "rad/s", default = 0.01, range = 1e-9..)]
+    #[param(unit = "rad/s", default = 0.01, range = 1e-9.., needs = "coulomb or breakaway")]
     pub smoothing: f64,
     /// Viscous friction coefficient b.
     #[param(unit = "N m s/rad", default = 0.0, range = 0.0..)]

@@ -1,5 +1,5 @@
 //! Loading: a file or text is compiled and placed, and all mistakes are reported at once.
-use crate::load::unread::unread;
+use crate::load::unread::{unread, unseen};
 use crate::load::{Loaded, Options, load_file, load_text, place_machines};
 use crate::text::parsed::Parsed;
 use crate::text::patterns::misspelt;
@@ -223,6 +223,7 @@ impl Library {
             warnings.extend(sim.sampled_loops());
             drop(sim);
             warnings.extend(unread(&loaded, &program));
+            warnings.extend(unseen(&loaded, &program));
             if let Some(plan) = Arc::get_mut(&mut program.phases[0].plan) {
                 plan.warnings.extend(warnings);
             }

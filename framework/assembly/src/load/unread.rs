@@ -3,6 +3,7 @@ use crate::form::settings::MetricOf;
 use crate::load::Loaded;
 use crate::text::patterns::matches;
 use linkwork_runtime::{Fault, PartSpec, Plan, PortSpec, Program};
+use linkwork_surroundings::Terrain;
 use std::collections::BTreeSet;
 
 /// Returns a warning for each part of the first phase whose outputs are not wired, bound, logged, shown, watched or plotted in any phase.
@@ -49,6 +50,34 @@ pub(crate) fn unread(loaded: &Loaded, program: &Program) -> Vec<Fault> {
         let fact = format!("no output of `{}` is read", p.path);
         Fault::new(p.origin, fact).help("wire, log or plot one of its outputs, or remove the part")
     })
+    .collect()
+}
+
+/// Returns a warning for each colour of the view whose object is not drawn.
+pub(crate) fn unseen(loaded: &Loaded, program: &Program) -> Vec<Fault> {
+    let Some(view) = &loaded.simulation.view else { return Vec::new() };
+    let mut services = program.phases.iter().flat_map(|phase| phase.plan.services.iter());
+    let terrain = services.any(|(_, o)| o.get::<dyn Terrain>().is_some());
+    let services = &program.phases[0].plan.services;
+    let on_planet = services.iter().any(|(_, o)| o.axes().site().is_some());
+    let idle = |written: bool, fact: &str, help: &str| {
+        written.then(|| Fault::new(view.origin, format!("`view`: {fact}")).help(help))
+    };
+    let planet = view.planet.is_some() && view.planet_radius.is_none() && !on_planet;
+    [
+        idle(
+            view.ground.is_some() && !terrain,
+            "`ground` has no effect: the simulation has no terrain",
+            "remove `ground`; `color` of a shape or collider is its colour",
+        ),
+        idle(
+            planet,
+            "`planet` has no effect: W is not a site on a planet, and `planet_radius` is not written",
+            "write `planet_radius`, or remove `planet`",
+        ),
+    ]
+    .into_iter()
+    .flatten()
     .collect()
 }
 

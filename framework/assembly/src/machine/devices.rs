@@ -179,7 +179,9 @@ fn actuator(
 fn tendon(t: &Tendon, specs: &BTreeMap<&str, &BodySpec>, names: &Names<'_>) -> Option<ModelFields> {
     let (mut params, bind) = length(&t.length, specs, names)?;
     push(&mut params, "stiffness", Value::Number(t.stiffness));
-    push(&mut params, "rest", list(t.rest));
+    if t.stiffness != 0.0 {
+        push(&mut params, "rest", list(t.rest));
+    }
     push(&mut params, "damping", Value::Number(t.damping));
     if let Some(range) = t.range {
         push(&mut params, "range", list(range));

@@ -2,12 +2,14 @@
 //!
 //! ```text
 //! adaptive steps   ∫ rate dt by Simpson's rule on the dense output, with intervals halved until the result converges
-//! fixed steps      the trapezoidal rule with the values at ticks and events, without further evaluations
+//! fixed steps      the trapezoidal rule with the values at ticks and events, without further evaluations; the average of a variable
+//!                  that the integrator averages over a step (pulses of thrusters)
 //! work             work on the mechanism by methods of first order, which hold forces over a step: a₀ (b₀ + b₁)/2 for a product a b
 //! stored           difference between the values at the end and at the start
 //! ```
-//! A sampled output jumps at a tick. The trapezoidal rule uses its new value on both sides of the tick, which causes an error of at most h |Δ|/2 for
-//! a change Δ of the rate and a step h that ends at a sample. The sum of these bounds is the uncertainty of a term.
+//! A sampled output jumps at a tick. The last stage of an `rk4` step has the values right before the jump. The trapezoidal rule uses the new value on
+//! both sides of the tick with other fixed steps, and for variables that no stage evaluates. The error is then about h |Δ|/2 for a change Δ of the
+//! rate and a step h that ends at a sample. The sum of these errors is the uncertainty of a term.
 mod report;
 
 pub use report::{Balances, Part, Report};
@@ -36,6 +38,16 @@ struct Pending {
     length: f64,
     first_order: bool,
     sampled: bool,
+}
+
+/// The flows to which an interval is added.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Which {
+    All,
+    /// Those whose values at the end are known.
+    Known,
+    /// Those to which it has not been added yet.
+    Rest,
 }
 
 /// An amount that is stored in a part.
@@ -69,6 +81,9 @@ struct Sums {
     uncertainty: Vec<f64>,
     first: Vec<f64>,
     last: Vec<f64>,
+    /// Largest magnitude of each amount.
+    #[serde(default)]
+    largest: Vec<f64>,
 }
 
 /// The balances of a run.
@@ -85,6 +100,11 @@ pub struct Balance {
     /// Values at the beginning of an interval whose end is not known yet, its length, and whether its method is of first order.
     begin: Vec<f64>,
     pending: Pending,
+    /// Averages over the interval, NaN for variables that are not averages; values at its end that are known already, otherwise NaN; the flows to
+    /// which the pending interval has been added.
+    average: Vec<f64>,
+    end: Vec<f64>,
+    added: Vec<bool>,
     /// Instant and rates of the blocks' own terms at the last tick.
     row: (f64, Vec<f64>),
     /// Rates at an instant, sums of a quadrature rule, and the previous estimate.
@@ -165,8 +185,12 @@ impl Balance {
             uncertainty: vec![0.0; flows + own],
             first: vec![f64::NAN; all.stocks.len() + own],
             last: vec![f64::NAN; all.stocks.len() + own],
+            largest: vec![0.0; all.stocks.len() + own],
         };
-        all.begin = vec![f64::NAN; all.places.len()];
+        for room in [&mut all.begin, &mut all.average, &mut all.end] {
+            *room = vec![f64::NAN; all.places.len()];
+        }
+        all.added = vec![false; flows];
         all.row = (f64::NAN, vec![f64::NAN; own]);
         for room in
             [&mut all.rates, &mut all.rule, &mut all.estimate, &mut all.inner, &mut all.size]
@@ -197,7 +221,8 @@ impl Balance {
             && saved.0.held.len() == self.sums.held.len()
             && saved.0.uncertainty.len() == self.sums.uncertainty.len()
             && saved.0.first.len() == self.sums.first.len()
-            && saved.0.last.len() == self.sums.last.len();
+            && saved.0.last.len() == self.sums.last.len()
+            && saved.0.largest.len() == self.sums.largest.len();
         if same {
             self.sums = saved.0;
         }
@@ -213,6 +238,7 @@ impl Balance {
         for (k, y) in amounts.enumerate() {
             if y.is_finite() {
                 sums.last[k] = y;
+                sums.largest[k] = sums.largest[k].max(y.abs());
                 if sums.first[k].is_nan() {
                     sums.first[k] = y;
                 }
@@ -238,19 +264,40 @@ impl Balance {
         let pending = std::mem::take(&mut self.pending);
         if pending.length > 0.0 {
             let begin = std::mem::take(&mut self.begin);
-            self.straight(pending, &begin, end);
+            self.straight(pending, &begin, end, Which::Rest);
             self.begin = begin;
+            self.added.fill(false);
         }
     }
 
     /// Adds an interval from the values at its ends.
-    fn straight(&mut self, over: Pending, begin: &[f64], end: &[f64]) {
+    fn straight(&mut self, over: Pending, begin: &[f64], end: &[f64], which: Which) {
         let Pending { length, first_order, sampled } = over;
         for (k, flow) in self.flows.iter().enumerate() {
+            let products = &self.products[flow.products.clone()];
+            match which {
+                Which::All => {}
+                Which::Known => {
+                    let known = |column: u32| !end[column as usize].is_nan();
+                    self.added[k] =
+                        products.iter().all(|(_, a, b)| known(*a) && b.is_none_or(known));
+                    if !self.added[k] {
+                        continue;
+                    }
+                }
+                Which::Rest if self.added[k] => continue,
+                Which::Rest => {}
+            }
+            let ends = |column: u32| {
+                let (column, average) = (column as usize, self.average[column as usize]);
+                match average.is_nan() {
+                    true => (begin[column], end[column]),
+                    false => (average, average),
+                }
+            };
             let (mut from, mut to, mut held) = (0.0, 0.0, 0.0);
-            for (factor, a, b) in &self.products[flow.products.clone()] {
-                let (a0, a1) = (begin[*a as usize], end[*a as usize]);
-                let (b0, b1) = b.map_or((1.0, 1.0), |b| (begin[b as usize], end[b as usize]));
+            for (factor, a, b) in products {
+                let ((a0, a1), (b0, b1)) = (ends(*a), b.map_or((1.0, 1.0), ends));
                 from += factor * a0 * b0;
                 to += factor * a1 * b1;
                 // A force is held over the step, and its work uses the mean of the velocities at both ends.
@@ -290,14 +337,25 @@ impl Balance {
             // The values at the start of this interval are the end values of the previous one.
             self.close(&over.start()[own.clone()]);
         }
+        for (k, average) in self.average.iter_mut().enumerate() {
+            *average = over.average(self.first + k).unwrap_or(f64::NAN);
+        }
         if !over.has_all() {
             self.begin.copy_from_slice(&over.start()[own]);
+            if pending.sampled && !pending.first_order {
+                for (k, end) in self.end.iter_mut().enumerate() {
+                    *end = over.before_end(self.first + k).unwrap_or(f64::NAN);
+                }
+                let (begin, end) = (std::mem::take(&mut self.begin), std::mem::take(&mut self.end));
+                self.straight(Pending { sampled: false, ..pending }, &begin, &end, Which::Known);
+                (self.begin, self.end) = (begin, end);
+            }
             self.pending = pending;
         } else if over.is_wide() {
             self.dense(over);
         } else {
             let (begin, end) = (&over.start()[own.clone()], &over.end()[own]);
-            self.straight(Pending { sampled: false, ..pending }, begin, end);
+            self.straight(Pending { sampled: false, ..pending }, begin, end, Which::All);
         }
     }
 

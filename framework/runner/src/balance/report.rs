@@ -9,7 +9,8 @@ use std::collections::BTreeMap;
 /// Residual, relative to the exchanged amount of a part, above which its balance is not closed.
 pub(crate) const TOLERANCE: f64 = 0.02;
 
-/// Residual, relative to the largest exchanged amount of any part, that is not reported.
+/// Residual, relative to the largest exchanged amount of any part or to the largest amount stored in the part, that is not reported. The second
+/// is the accuracy of the integration: the kinetic energy of a spacecraft in orbit is a million times larger than what it exchanges.
 const NEGLIGIBLE: f64 = 1e-6;
 
 /// The balance of a part. Amounts are positive into the part.
@@ -24,12 +25,15 @@ pub struct Part {
     pub carried: f64,
     /// Bound of the quadrature error from jumps of sampled outputs, in fixed steps.
     pub uncertainty: f64,
+    /// Largest amount that was stored in it.
+    #[serde(skip)]
+    pub stored: f64,
 }
 
 impl Part {
     /// Returns whether it must be closed and is not.
     pub fn is_open(&self) -> bool {
-        let most = TOLERANCE * self.carried + self.uncertainty;
+        let most = TOLERANCE * self.carried + self.uncertainty + NEGLIGIBLE * self.stored;
         self.residual.is_some_and(|r| !(r.abs() <= most))
     }
 }
@@ -82,13 +86,15 @@ impl Balance {
         let sums = &self.sums;
         let mut parts: Vec<Part> = vec![Part::default(); self.parts.len()];
         let mut any = vec![false; self.parts.len()];
-        let mut put = |k: usize, name: String, amount: f64, carried: f64, uncertain: f64| {
-            // Two terms of a part can have the same name: a connector and a binding.
-            *parts[k].terms.entry(name).or_default() += amount;
-            parts[k].carried = parts[k].carried.max(carried);
-            parts[k].uncertainty += uncertain;
-            any[k] = true;
-        };
+        let mut put =
+            |k: usize, name: String, amount: f64, [carried, uncertain, stored]: [f64; 3]| {
+                // Two terms of a part can have the same name: a connector and a binding.
+                *parts[k].terms.entry(name).or_default() += amount;
+                parts[k].carried = parts[k].carried.max(carried);
+                parts[k].uncertainty += uncertain;
+                parts[k].stored = parts[k].stored.max(stored);
+                any[k] = true;
+            };
         let (mut work, mut uncertain_work) = (0.0, 0.0);
         for (k, flow) in self.flows.iter().enumerate().filter(|(_, f)| f.quantity == quantity) {
             let (amount, carried) = (sums.sum[k], sums.through[k]);
@@ -98,13 +104,14 @@ impl Balance {
                 work -= sums.held[k];
                 uncertain_work += sums.uncertainty[k];
             }
-            put(flow.part, flow.name.clone(), amount, carried, sums.uncertainty[k]);
+            put(flow.part, flow.name.clone(), amount, [carried, sums.uncertainty[k], 0.0]);
         }
         for (k, stock) in self.stocks.iter().enumerate().filter(|(_, s)| s.quantity == quantity) {
             let change = sums.last[k] - sums.first[k];
             if change.is_finite() {
                 *report.totals.entry("stored in parts").or_default() += change;
-                put(stock.part, format!("stored {}", stock.name), -change, change.abs(), 0.0);
+                let name = format!("stored {}", stock.name);
+                put(stock.part, name, -change, [change.abs(), 0.0, sums.largest[k]]);
             }
         }
         let (flows, stocks) = (self.flows.len(), self.stocks.len());
@@ -123,11 +130,12 @@ impl Balance {
             }
             let rate = own.account != Account::Stored;
             let uncertain = if rate { sums.uncertainty[flows + k] } else { 0.0 };
-            put(own.part, own.name.to_string(), amount, carried, uncertain);
+            let stored = if rate { 0.0 } else { sums.largest[stocks + k] };
+            put(own.part, own.name.to_string(), amount, [carried, uncertain, stored]);
         }
         for (k, part) in self.parts.iter().enumerate() {
             if part.own.receives_work && quantity == Quantity::Energy {
-                put(k, "work of parts".into(), work, work.abs(), uncertain_work);
+                put(k, "work of parts".into(), work, [work.abs(), uncertain_work, 0.0]);
             }
         }
         for ((terms, mut part), any) in self.parts.iter().zip(parts).zip(any) {

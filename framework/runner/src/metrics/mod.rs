@@ -81,7 +81,12 @@ struct First {
     when: Over,
     /// Instant and value.
     found: Option<(f64, f64)>,
+    /// Instant and value, if the condition becomes true at the end of an interval: the work of that instant may still change the value.
+    at_end: Option<(f64, f64)>,
 }
+
+/// A condition that becomes true within this time (s) before the end of an interval becomes true at the end.
+const INSTANT: f64 = 1e-9;
 
 /// The state of all metrics in a checkpoint, by the keys of their series.
 #[derive(Serialize, Deserialize)]
@@ -190,7 +195,7 @@ impl Metrics {
             (Some(at), Source::Number(column) | Source::Truth(column)) => {
                 let (key, column) = (format!("{key} at {}", at.text), *column);
                 let when = self.over(at);
-                self.firsts.push(First { key, column, when, found: None });
+                self.firsts.push(First { key, column, when, found: None, at_end: None });
                 Of::First(self.firsts.len() - 1)
             }
             _ => Of::Series(self.series(&key, source, wants(f.take))),
@@ -301,7 +306,8 @@ impl Tracked {
             Take::Rms => (s.variance() / (scale * scale) + self.point(s.mean()).powi(2)).sqrt(),
             Take::Std => s.variance().sqrt() / scale,
             Take::Percentile(percent) => {
-                let found = s.quantiles.as_ref().and_then(|q| q.at(percent / 100.0));
+                let ends = (s.min.0, s.max.0);
+                let found = s.quantiles.as_ref().and_then(|q| q.at(percent / 100.0, ends));
                 self.point(found.unwrap_or(s.last))
             }
             Take::TimeOfMin => self.point(s.min.1),
@@ -370,10 +376,8 @@ impl Observer for Metrics {
                 statistics.instant(t.time, y);
             }
         }
-        for First { column, when, found, .. } in &mut self.firsts {
-            if found.is_none() && holds(when.value(t, values)) && !values[*column].is_nan() {
-                *found = Some((t.time, values[*column]));
-            }
+        for first in &mut self.firsts {
+            first.instant(t, values);
         }
     }
 
@@ -388,6 +392,7 @@ impl Observer for Metrics {
             }
         }
         for first in &mut self.firsts {
+            first.instant(over.times(over.begin()), over.start());
             if first.found.is_none() {
                 first.stretch(over);
             }
@@ -416,7 +421,9 @@ impl Series {
                 if over.is_held(*column) || !end.is_finite() {
                     return self.statistics.held(begin, length, start);
                 }
-                let span = Span { begin, length, start, end, wide: over.is_wide() };
+                // A pulse that is shorter than the step is not visible at its ends.
+                let wide = over.is_wide() || over.average(*column).is_some();
+                let span = Span { begin, length, start, end, wide };
                 let mut inside = |part: f64| memo.at(over, part, *column);
                 self.statistics.smooth(span, self.wants, &mut inside);
             }
@@ -467,14 +474,24 @@ fn split(over: &mut Stretch<'_>, from: (f64, f64), to: (f64, f64), of: &Holds<'_
 }
 
 impl First {
+    /// Processes the values right after the work of an instant.
+    fn instant(&mut self, t: Times, values: &[f64]) {
+        if self.found.is_some() {
+            return;
+        }
+        let y = values[self.column];
+        self.found = match holds(self.when.value(t, values)) && !y.is_nan() {
+            true => Some((t.time, y)),
+            // The condition held at the end of the interval, and the work of this instant has ended it.
+            false => self.at_end,
+        };
+        self.at_end = None;
+    }
+
     fn stretch(&mut self, over: &mut Stretch<'_>) {
         let (begin, length, column) = (over.begin(), over.length(), self.column);
         let when = |t: Times, values: &[f64]| self.when.value(t, values);
         let mut from = (0.0, when(over.times(begin), over.start()));
-        if holds(from.1) && !over.start()[column].is_nan() {
-            self.found = Some((begin, over.start()[column]));
-            return;
-        }
         let end = (1.0, when(over.times(begin + length), over.end()));
         let middle = if over.is_wide() { at(over, 0.5, &when) } else { None };
         for to in middle.map(|y| (0.5, y)).into_iter().chain([end]) {
@@ -483,7 +500,11 @@ impl First {
                 let inside = over.at(part).map(|values| values[column]);
                 let y = inside.unwrap_or(over.end()[column]);
                 if !y.is_nan() {
-                    self.found = Some((begin + part * length, y));
+                    let found = Some((begin + part * length, y));
+                    match (1.0 - part) * length > INSTANT {
+                        true => self.found = found,
+                        false => self.at_end = found,
+                    }
                     return;
                 }
             }

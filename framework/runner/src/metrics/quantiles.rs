@@ -96,14 +96,17 @@ impl Quantiles {
         }
     }
 
-    /// Returns the value below which the variable was for this fraction of the time; `None` without values.
-    pub fn at(&self, share: f64) -> Option<f64> {
+    /// Returns the value below which the variable was for this fraction of the time; `None` without values. `ends`: the smallest and the largest value.
+    pub fn at(&self, share: f64, ends: (f64, f64)) -> Option<f64> {
         let mut values = self.values.clone();
         Self::sort(&mut values);
         let total: f64 = values.iter().map(|v| v.1).sum();
         // Round-off of the sums must not select the next value.
         let target = share * total * (1.0 - 1e-12);
-        let (mut below, mut last): (f64, Option<(f64, f64)>) = (0.0, None);
+        let (mut below, mut last): (f64, Option<(f64, f64)>) = (0.0, Some((0.0, ends.0)));
+        if values.is_empty() {
+            return None;
+        }
         for (value, time, moving) in values {
             // The variable is constant in the middle part of its time, and changes linearly before
             // and after.
@@ -120,7 +123,10 @@ impl Quantiles {
             last = Some((to, value));
             below += time;
         }
-        last.map(|(_, value)| value)
+        // Between the middle of the last time in which the variable moved and the end of this time.
+        let (at, value) = last?;
+        let part = if total > at { (target - at) / (total - at) } else { 0.0 };
+        Some(value + part.clamp(0.0, 1.0) * (ends.1 - value))
     }
 }
 
@@ -141,12 +147,12 @@ mod tests {
         for (value, time) in [(3.0, 1.0), (1.0, 2.0), (2.0, 1.0), (1.0, 1.0)] {
             q.hold(value, time);
         }
-        let at = |share| q.at(share).unwrap();
+        let at = |share| q.at(share, (1.0, 3.0)).unwrap();
         assert_eq!(
             (at(0.0), at(0.59), at(0.6), at(0.61), at(0.8), at(0.81), at(1.0)),
             (1.0, 1.0, 1.0, 2.0, 2.0, 3.0, 3.0)
         );
-        assert_eq!(Quantiles::with_room().at(0.5), None);
+        assert_eq!(Quantiles::with_room().at(0.5, (f64::INFINITY, f64::NEG_INFINITY)), None);
         // A million values in irregular order: x² of a uniform x has the percentile p².
         let mut q = Quantiles::with_room();
         for k in 0..1_000_000_u64 {
@@ -155,7 +161,7 @@ mod tests {
         }
         assert!(q.values.len() <= ROOM && q.values.capacity() == ROOM, "fixed memory");
         for p in [0.001, 0.01, 0.25, 0.5, 0.95, 0.99, 0.999] {
-            let found = q.at(p).unwrap();
+            let found = q.at(p, (0.0, 1.0)).unwrap();
             // The error of the rank is q (1 - q) / 256.
             let rank = found.sqrt();
             assert!((rank - p).abs() < p * (1.0 - p) / 100.0 + 2e-6, "{p}: {rank}");

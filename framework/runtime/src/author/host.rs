@@ -1,6 +1,6 @@
 //! What parts bind to. A host converts bindings into ordinary wires on ports of its own part, so that later compilation steps handle only parts and
 //! wires.
-use crate::author::binding::BindSpec;
+use crate::author::binding::{BindSpec, BindTarget};
 use crate::author::block::Prototype;
 use crate::author::ports::PortSpec;
 use crate::author::services::{ServiceObject, Services};
@@ -24,6 +24,10 @@ pub trait Host: Any + Send + Sync {
         services: &Services,
         out: &mut Lowering<'_>,
     ) -> Box<dyn Prototype>;
+    /// Returns whether the coordinate to which a part binds is a length; `None` if the target is not a coordinate, or does not exist.
+    fn slides(&self, _target: &BindTarget) -> Option<bool> {
+        None
+    }
     /// Returns the settings that may have no effect, with the reasons in this phase.
     fn settings(&self) -> Vec<Setting> {
         Vec::new()

@@ -1,6 +1,7 @@
 //! Parameters: reading them from located values with units, ranges and defaults, and converting them back to values.
 use crate::author::files::Files;
 use crate::author::services::Services;
+use crate::author::setting::Setting;
 use crate::author::units::{Unit, split_quantity};
 use crate::author::value::{Fault, IntoValue, Located, Origin, Value, remedy};
 use linkwork_names::nearest;
@@ -86,6 +87,11 @@ pub struct ParamSpec {
     pub fields: Vec<ParamSpec>,
     /// A reference to a service.
     pub service: bool,
+    /// SI unit that replaces `unit` if the part acts on a slider: coordinates are lengths there, and torques are forces.
+    pub slider: Option<&'static str>,
+    /// Condition on other parameters of the same struct under which it has an effect: `brake` (not zero), `law = current, resistance`, `law != power`;
+    /// terms are combined by ` or `. A written parameter without an effect causes a warning.
+    pub needs: Option<&'static str>,
 }
 
 /// The kind of a parameter that is the world of the simulation.
@@ -108,6 +114,54 @@ fn moved(key: &str, specs: &[ParamSpec]) -> Option<String> {
         _ => return None,
     };
     Some(format!("it applies to the whole simulation: write `world: ({field})` next to `parts`"))
+}
+
+/// Returns whether a value is zero, false, nothing, or a list of such values.
+fn is_zero(value: &Value) -> bool {
+    match value {
+        Value::Number(x) => *x == 0.0,
+        Value::Text(text) => split_quantity(text).is_some_and(|(number, _)| number == 0.0),
+        Value::Bool(b) => !b,
+        Value::Null => true,
+        Value::List(items) => items.iter().all(|item| is_zero(&item.value)),
+        _ => false,
+    }
+}
+
+/// Returns why a condition on other parameters ([`ParamSpec::needs`]) does not hold, and the remedy; `None` if it holds.
+fn idle(needs: &str, map: &Located, specs: &[ParamSpec]) -> Option<(String, String)> {
+    let (mut facts, mut names) = (Vec::new(), Vec::new());
+    for term in needs.split(" or ") {
+        let end = term.find(['!', '=']).unwrap_or(term.len());
+        let (name, test) = (term[..end].trim(), &term[end..]);
+        let written = map.get(name).map(|v| v.value.clone());
+        let default = || specs.iter().find(|s| s.name == name).and_then(|s| s.default.clone());
+        let value = written.or_else(default).unwrap_or(Value::Null);
+        let is = |word: &str| match &value {
+            Value::Number(x) => word.parse() == Ok(*x),
+            Value::Text(text) => text == word,
+            Value::Variant(name, _) => name == word,
+            _ => false,
+        };
+        let any = |words: &str| words.split(',').any(|word| is(word.trim()));
+        let holds = match (test.strip_prefix("!="), test.strip_prefix('=')) {
+            (Some(words), _) => !any(words),
+            (None, Some(words)) => any(words),
+            (None, None) => !is_zero(&value),
+        };
+        if holds {
+            return None;
+        }
+        facts.push(match &value {
+            Value::Null => format!("`{name}` is not written"),
+            Value::Variant(word, _) => format!("`{name}` is {word}"),
+            Value::Text(text) => format!("`{name}` is {text}"),
+            other => format!("`{name}` is {other}"),
+        });
+        names.push(format!("`{name}`"));
+    }
+    let help = format!("remove it, or write {}", names.join(" or "));
+    Some((facts.join(" and "), help))
 }
 
 /// Sets some or all parameters of a struct from a program. `#[derive(Params)]` makes a builder for each struct, with a setter
@@ -206,14 +260,19 @@ pub struct ReadCx<'a> {
     pub warnings: Vec<Fault>,
     /// Parameters for which a misspelt name was probably intended, with the origin of their map; they are not also reported as missing.
     meant: Vec<(Origin, String)>,
+    /// The part acts on sliders only, so the units of its parameters are those of lengths and forces.
+    pub(crate) slides: bool,
+    /// Written parameters that have an effect only with other parameters.
+    pub(crate) settings: Vec<Setting>,
 }
 
 impl<'a> ReadCx<'a> {
     /// Creates a context for one part.
     pub fn new(path: impl Into<String>, services: &'a Services) -> Self {
         let (files, faults, warnings) = (Files::default(), Vec::new(), Vec::new());
-        let (asked, meant) = (Vec::new(), Vec::new());
-        ReadCx { path: path.into(), services, files, faults, asked, warnings, meant }
+        let (asked, meant, settings) = (Vec::new(), Vec::new(), Vec::new());
+        let (path, slides) = (path.into(), false);
+        ReadCx { path, services, files, faults, asked, warnings, meant, slides, settings }
     }
 
     /// Creates a context for inspection only: files are found but do not become part of a plan.
@@ -296,7 +355,7 @@ impl<'a> ReadCx<'a> {
                     None
                 }
                 (None, None) => {
-                    let unit = spec.unit.map(|u| format!(", in {u}")).unwrap_or_default();
+                    let unit = self.unit(spec).map(|u| format!(", in {u}")).unwrap_or_default();
                     let message = format!(
                         "`{}`: required parameter `{}` is missing ({}{unit})",
                         self.path,
@@ -307,6 +366,25 @@ impl<'a> ReadCx<'a> {
                     None
                 }
             },
+        }
+    }
+
+    /// Returns the SI unit of a parameter of this part.
+    fn unit(&self, spec: &ParamSpec) -> Option<&'static str> {
+        if self.slides { spec.slider.or(spec.unit) } else { spec.unit }
+    }
+
+    /// Records the written parameters of a struct that have an effect only with other parameters of it.
+    pub fn settings_of(&mut self, map: &Located, specs: &[ParamSpec]) {
+        for spec in specs {
+            let (Some(needs), Some(own)) = (spec.needs, map.get(spec.name)) else { continue };
+            // A value that equals the default asks for nothing.
+            if spec.default.as_ref().is_some_and(|d| *d == own.value) {
+                continue;
+            }
+            let owner = format!("`{}`", self.path);
+            let idle = idle(needs, map, specs);
+            self.settings.push(Setting { owner, name: spec.name, origin: own.origin, idle });
         }
     }
 
@@ -339,10 +417,10 @@ impl<'a> ReadCx<'a> {
         if let Some(range) = spec.range
             && !range.holds(number)
         {
-            let unit = spec.unit.map(|u| format!(" {u}")).unwrap_or_default();
+            let unit = self.unit(spec).map(|u| format!(" {u}")).unwrap_or_default();
             let message = format!("{at} = {number}{unit} is out of range {}{unit}", range.text());
             let mut help = crate::author::doc::first_paragraph(spec.doc);
-            if spec.unit == Some("rad") && matches!(v.value, Value::Number(_)) {
+            if self.unit(spec) == Some("rad") && matches!(v.value, Value::Number(_)) {
                 help +=
                     &format!(" (a number without a unit is in rad; in degrees: \"{number} deg\")");
             }
@@ -353,7 +431,8 @@ impl<'a> ReadCx<'a> {
     }
 
     fn quantity(&self, text: &str, spec: &ParamSpec) -> Result<f64, (String, String)> {
-        let wants = match spec.unit {
+        let unit = self.unit(spec);
+        let wants = match unit {
             Some(u) => format!("write a number in {u}, or a text with a unit such as \"1 {u}\""),
             None => "write a plain number".into(),
         };
@@ -364,16 +443,21 @@ impl<'a> ReadCx<'a> {
             return Ok(number);
         }
         let given = Unit::parse(unit_text).map_err(|e| (e.to_string(), wants.clone()))?;
-        let want = match spec.unit {
+        let want = match unit {
             Some(u) => Unit::parse(u).map_err(|e| (e.to_string(), wants.clone()))?,
             None => Unit::ONE,
         };
         if !given.same_quantity(&want) {
             let fact = format!(
                 "`{text}` is in {unit_text}, but {} is expected",
-                spec.unit.unwrap_or("a plain number")
+                unit.unwrap_or("a plain number")
             );
-            return Err((fact, wants));
+            let slider = if self.slides && spec.slider.is_some() {
+                ", because the part acts on a slider"
+            } else {
+                ""
+            };
+            return Err((fact, format!("{wants}{slider}")));
         }
         Ok(given.to_si(number))
     }

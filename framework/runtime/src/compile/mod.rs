@@ -25,6 +25,7 @@ mod solved;
 mod table;
 mod variables;
 
+use crate::author::binding::BindSpec;
 use crate::author::block::Wiring;
 use crate::author::catalogue::{Catalogue, Entry};
 use crate::author::files::Files;
@@ -50,15 +51,20 @@ pub use variables::known_variables;
 /// Every fault of the specification, in the order of the files.
 pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan, Faults> {
     let mut plan = compile_phase(spec, &Within::default(), catalogue, files)?;
-    warn_without_effect(&[spec], &mut plan);
+    let settings = settings_of(spec, &plan);
+    warn_without_effect(&[settings], &mut plan);
     Ok(plan)
 }
 
+/// Returns the settings of a phase that may have no effect: those of the mechanism and those of the parts.
+pub(crate) fn settings_of(spec: &Spec, plan: &Plan) -> Vec<Setting> {
+    let of_host = spec.host.as_ref().map(|h| h.settings()).unwrap_or_default();
+    of_host.into_iter().chain(plan.settings.iter().cloned()).collect()
+}
+
 /// Adds warnings of settings that have no effect in any phase to the plan of the first one.
-pub(crate) fn warn_without_effect(phases: &[&Spec], first: &mut Plan) {
-    let of_host = |spec: &&Spec| spec.host.as_ref().map(|h| h.settings()).unwrap_or_default();
-    let settings: Vec<Vec<Setting>> = phases.iter().map(of_host).collect();
-    first.warnings.extend(without_effect(&settings));
+pub(crate) fn warn_without_effect(phases: &[Vec<Setting>], first: &mut Plan) {
+    first.warnings.extend(without_effect(phases));
     first.warnings = in_file_order(std::mem::take(&mut first.warnings));
 }
 
@@ -89,10 +95,11 @@ pub(crate) fn compile_phase(
         return Err(Faults(faults));
     }
     let entries = find_entries(spec, catalogue, &mut faults);
-    let services = build_services(spec, &entries, files, &mut faults);
+    let mut part_settings = Vec::new();
+    let services = build_services(spec, &entries, files, (&mut faults, &mut part_settings));
     let mut warnings = Vec::new();
-    let told = (&mut faults, &mut warnings);
-    let mut parts = build_models(&entries, &services, files, told);
+    let told = (&mut faults, &mut warnings, &mut part_settings);
+    let mut parts = build_models(spec, &entries, &services, files, told);
     let own = bindings::own(&parts);
     let with_own;
     let spec = if own.is_empty() {
@@ -167,6 +174,7 @@ pub(crate) fn compile_phase(
     Ok(Plan {
         rest: None,
         warnings: in_file_order(warnings),
+        settings: part_settings,
         stored,
         fields,
         positions: settings::lanes_of(&parts, |d, x| x + d.positions.start..x + d.positions.end),
@@ -232,8 +240,9 @@ pub(crate) fn compile_phase(
 pub fn check_parts(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Vec<Fault> {
     let mut faults = Vec::new();
     let entries = find_entries(spec, catalogue, &mut faults);
-    let services = build_services(spec, &entries, files, &mut faults);
-    build_models(&entries, &services, files, (&mut faults, &mut Vec::new()));
+    let services = build_services(spec, &entries, files, (&mut faults, &mut Vec::new()));
+    let told = (&mut faults, &mut Vec::new(), &mut Vec::new());
+    build_models(spec, &entries, &services, files, told);
     faults
 }
 
@@ -276,7 +285,7 @@ fn build_services(
     spec: &Spec,
     entries: &[(&PartSpec, &Entry)],
     files: &Files,
-    faults: &mut Vec<Fault>,
+    (faults, settings): (&mut Vec<Fault>, &mut Vec<Setting>),
 ) -> Services {
     let mut services = Services::with_host(spec.host.as_ref().and_then(|h| h.service()));
     // The others may read it.
@@ -298,6 +307,7 @@ fn build_services(
         let mut cx = ReadCx::new(&part.path, &services);
         let object = made::service(part, entry, (&world_text, &files), &mut cx);
         let found = std::mem::take(&mut cx.faults);
+        settings.append(&mut placed(std::mem::take(&mut cx.settings), part));
         if let Some(object) = object {
             services.add(&part.path, object);
         } else if let Some(kind) = entry.service_kind() {
@@ -316,17 +326,27 @@ fn build_services(
     services
 }
 
+/// Returns whether all coordinates to which a part binds are lengths.
+fn slides(spec: &Spec, part: &PartSpec) -> bool {
+    let own = spec.binds.iter().filter(|b| b.part == part.path);
+    let of = |b: &BindSpec| spec.host.as_ref().and_then(|host| host.slides(&b.target));
+    let kinds: Vec<bool> = own.filter_map(of).collect();
+    !kinds.is_empty() && kinds.into_iter().all(|slides| slides)
+}
+
 fn build_models<'a>(
+    spec: &Spec,
     entries: &[(&'a PartSpec, &Entry)],
     services: &Services,
     files: &Files,
-    (faults, warnings): (&mut Vec<Fault>, &mut Vec<Fault>),
+    (faults, warnings, settings): (&mut Vec<Fault>, &mut Vec<Fault>, &mut Vec<Setting>),
 ) -> Vec<Part<'a>> {
     let mut parts = Vec::new();
     let site = services.rotating();
     for (part, entry) in entries.iter().filter(|(_, e)| e.service_kind().is_none()) {
         let mut cx = ReadCx::new(&part.path, services);
         cx.files = files.first(part.folder.as_deref());
+        cx.slides = slides(spec, part);
         if let Some(prototype) = entry.make_model(&part.params, &mut cx) {
             if let (true, Some(site)) = (prototype.description().inertial, site) {
                 let fact = format!(
@@ -341,8 +361,17 @@ fn build_models<'a>(
         }
         faults.append(&mut located(cx.faults, part));
         warnings.append(&mut located(cx.warnings, part));
+        settings.append(&mut placed(cx.settings, part));
     }
     parts
+}
+
+/// Settings without a source position receive the position of the part.
+fn placed(mut settings: Vec<Setting>, part: &PartSpec) -> Vec<Setting> {
+    for setting in settings.iter_mut().filter(|s| s.origin == Origin::NONE) {
+        setting.origin = part.origin;
+    }
+    settings
 }
 
 /// Faults without a source position receive the position of the part.

@@ -1,7 +1,7 @@
 //! Compiles all phases of a program, and checks what they share: the world, watched conditions, states that continue.
 use super::guards::{WatchedSpec, WhenSpec};
 use super::table::common_tick;
-use super::{Within, compile_phase, warn_without_effect};
+use super::{Within, compile_phase, settings_of, warn_without_effect};
 use crate::author::catalogue::{Catalogue, Entry};
 use crate::author::files::Files;
 use crate::author::services::ServiceKind;
@@ -61,8 +61,10 @@ pub fn compile_program(
         faults.sort_by_key(|f| f.origin);
         return Err(Faults(faults));
     }
+    let settings: Vec<_> =
+        phases.iter().zip(&compiled).map(|(p, (_, plan))| settings_of(&p.spec, plan)).collect();
     if let Some((_, first)) = compiled.first_mut() {
-        warn_without_effect(&phases.iter().map(|p| &p.spec).collect::<Vec<_>>(), first);
+        warn_without_effect(&settings, first);
     }
     Ok(Program::new(compiled))
 }

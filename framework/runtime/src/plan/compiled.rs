@@ -3,6 +3,7 @@ use crate::author::block::{Block, Prototype, Wiring};
 use crate::author::model::{Turning, lanes};
 use crate::author::ports::Direction;
 use crate::author::services::{ServiceObject, Services};
+use crate::author::setting::Setting;
 use crate::author::time::Seconds;
 use crate::author::value::{Fault, Origin};
 use crate::author::variable::Variable;
@@ -99,6 +100,8 @@ pub struct Plan {
     pub rest: Option<SettledStart>,
     /// Settings that are allowed but probably not intended.
     pub warnings: Vec<Fault>,
+    /// Written parameters that have an effect only with other parameters.
+    pub(crate) settings: Vec<Setting>,
     /// Data of its hash.
     pub(crate) identity: Identity,
 }

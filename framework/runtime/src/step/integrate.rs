@@ -46,6 +46,7 @@ impl Simulation {
             }
             let result = self.one_step(plan, rest, (known, anew));
             let (h, end) = result.map_err(|failure| self.failed(failure))?;
+            self.observe_used(plan, end);
             let event = match plan.located {
                 false => None,
                 true => self.crossing(plan, (h, end)).map_err(|failure| self.failed(failure))?,

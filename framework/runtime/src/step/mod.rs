@@ -371,6 +371,12 @@ impl Simulation {
         self.state.since == 0.0 && !self.is_due()
     }
 
+    /// Returns the time (s) from now to the next row.
+    pub fn time_to_row(&self) -> f64 {
+        let gap = self.plan.table[self.state.row as usize].gap;
+        self.plan.base.times(gap) - self.state.since
+    }
+
     /// Returns whether a condition over the variables of the program is currently true.
     pub fn holds(&self, condition: &Condition) -> bool {
         let time = self.time();

@@ -7,8 +7,9 @@
 //! end         the values right before the instant at which it ends: sampled parts have not been updated there yet
 //! inside      the dense output of the step; up to an event a step that ends at the place asked for
 //! ```
+//! used        the values that the integrator used last in a fixed step: averages over the step, and with `rk4` the values at its end
 //! Variables that are observed sparingly ([`ObserverRequest::sparing`]) and the accounts of blocks cost no evaluation in fixed steps: their values are those at rows
-//! and events.
+//! and events, and those used.
 //! Observing a run does not change it: the signals are restored before `observe_step` returns.
 use super::evaluate;
 use super::observed::{Columns, Lane, ObserverRequest};
@@ -28,6 +29,14 @@ const BEFORE: f64 = 1e-9;
 /// Returns whether the start of a step is kept where parts have their own stepping method, so that values inside it are known.
 pub(super) fn keeps_start(plan: &Plan) -> bool {
     !plan.guards.is_empty() || plan.integration.control.is_some()
+}
+
+/// Returns whether a step that ends at the row (`last`) ends at the work of sampled parts.
+fn ends_at_sample(plan: &Plan, row: u32, last: bool) -> bool {
+    let row = &plan.table[(row as usize + 1) % plan.table.len()];
+    let work = &plan.works[row.work as usize];
+    let held = |op: &u32| !plan.flow.continuous[*op as usize];
+    last && (!work.updates.is_empty() || work.ops.iter().any(held))
 }
 
 impl Stretch<'_> {
@@ -76,6 +85,16 @@ impl Stretch<'_> {
         self.sampled
     }
 
+    /// Returns the average of a variable that is an average over a fixed step, or that follows from such a variable.
+    pub fn average(&self, column: usize) -> Option<f64> {
+        self.columns.averaged[column].then(|| self.used[column])
+    }
+
+    /// Returns the value right before the end, where it is known without an evaluation although the values at the end are not ([`Stretch::has_all`]).
+    pub fn before_end(&self, column: usize) -> Option<f64> {
+        (!self.all && self.columns.staged[column]).then(|| self.used[column])
+    }
+
     /// Returns whether forces at its begin are held over it: semi-implicit Euler and contact by impulses.
     pub fn is_first_order(&self) -> bool {
         let euler = matches!(self.plan.integration.method, Method::SemiImplicitEuler);
@@ -92,20 +111,27 @@ impl Stretch<'_> {
         if !self.is_dense() {
             return None;
         }
+        self.evaluate_at(part, None).then_some(&self.inner[..])
+    }
+
+    /// Evaluates the values at this part of it into `inner`; with a span (s), averages over it.
+    fn evaluate_at(&mut self, part: f64, span: Option<[f64; 2]>) -> bool {
         let (t, theta) = (self.sim.time() + part * self.length, part * self.length / self.step);
-        self.sim.state_at(self.plan, self.step, theta, self.purpose).ok()?;
+        if self.sim.state_at(self.plan, self.step, theta, self.purpose).is_err() {
+            return false;
+        }
         let inside = std::mem::take(&mut self.sim.work.inside);
-        let done = self.evaluate(t, &inside);
+        let done = self.evaluate(t, &inside, span);
         if done {
             let State { d, sig, entered, .. } = &self.sim.state;
             self.columns.read(entered, &inside, d, sig, self.inner);
         }
         self.sim.work.inside = inside;
-        done.then_some(&self.inner[..])
+        done
     }
 
     /// Evaluates the operations of the columns; returns false when one of them fails.
-    fn evaluate(&mut self, t: f64, x: &[f64]) -> bool {
+    fn evaluate(&mut self, t: f64, x: &[f64], span: Option<[f64; 2]>) -> bool {
         let ops = if self.all { &self.columns.all_ops } else { &self.columns.ops };
         if ops.is_empty() {
             return true;
@@ -117,7 +143,7 @@ impl Stretch<'_> {
         sim.work.number += 1;
         let (tick, number) = (sim.state.tick, sim.work.number);
         let dt = self.plan.step.seconds();
-        let now = EvalTime { t, dt, tick, evaluation: Evaluation::Stage, span: None, number };
+        let now = EvalTime { t, dt, tick, evaluation: Evaluation::Stage, span, number };
         let State { d, sig, pins, .. } = &mut sim.state;
         let lanes = (x, &d[..], &mut sig[..]);
         evaluate::run_all(&mut sim.blocks, self.plan, ops, &now, lanes, pins.as_deref()).is_ok()
@@ -138,6 +164,7 @@ impl Simulation {
             start: values(),
             end: values(),
             inner: values(),
+            used: values(),
             signals: Vec::with_capacity(most),
             disturbed: false,
         }));
@@ -184,10 +211,23 @@ impl Simulation {
         }
     }
 
+    /// Copies the values that the integrator used last in a fixed step. `last`: the step ends at the row.
+    #[inline]
+    pub(super) fn observe_used(&mut self, plan: &Plan, last: bool) {
+        let Some(observed) = &mut self.observed else { return };
+        if plan.integration.control.is_none()
+            && (plan.averages || ends_at_sample(plan, self.state.row, last))
+        {
+            let State { x, d, sig, phase, entered, .. } = &self.state;
+            observed.phases[*phase as usize].read(entered, x, d, sig, &mut observed.used);
+        }
+    }
+
     /// Passes a step of h s to the observer; the run uses it up to an event at θ, or completely; `last`: the step ends at the row.
     pub(super) fn observe_step(&mut self, plan: &Plan, (h, last): (f64, bool), event: Option<f64>) {
         let Some(mut observed) = self.observed.take() else { return };
-        let Observed { phases, observer, start, end, inner, signals, disturbed } = &mut *observed;
+        let Observed { phases, observer, start, end, inner, used, signals, disturbed } =
+            &mut *observed;
         let columns = &phases[self.state.phase as usize];
         let length = event.unwrap_or(1.0) * h;
         *disturbed = false;
@@ -196,10 +236,7 @@ impl Simulation {
             let purpose = if event.is_some() { Purpose::Again } else { Purpose::Look };
             let (known, step): (&[f64], f64) = (&[], h);
             let all = event.is_some() || plan.integration.control.is_some();
-            let row = &plan.table[(self.state.row as usize + 1) % plan.table.len()];
-            let work = &plan.works[row.work as usize];
-            let held = |op: &u32| !plan.flow.continuous[*op as usize];
-            let sampled = last && (!work.updates.is_empty() || work.ops.iter().any(held));
+            let sampled = ends_at_sample(plan, self.state.row, last);
             let mut over = Stretch {
                 sim: self,
                 plan,
@@ -207,6 +244,7 @@ impl Simulation {
                 start,
                 end: known,
                 inner,
+                used: &[],
                 signals,
                 disturbed,
                 all,
@@ -224,6 +262,17 @@ impl Simulation {
                 end.copy_from_slice(start);
             }
             over.end = end;
+            if event.is_some() && plan.averages {
+                // The integrator averages over the part of the step up to the event.
+                let begin = over.begin();
+                let span = Some([begin, begin + length]);
+                if over.is_dense() && over.evaluate_at(1.0 - BEFORE, span) {
+                    used.copy_from_slice(over.inner);
+                } else {
+                    used.copy_from_slice(over.end);
+                }
+            }
+            over.used = used;
             observer.stretch(&mut over);
         }
         if *disturbed {
@@ -244,7 +293,7 @@ impl Stretch<'_> {
         }
         let t = self.sim.time() + self.length * (1.0 - BEFORE);
         let x = std::mem::take(&mut self.sim.state.x);
-        let done = self.evaluate(t, &x);
+        let done = self.evaluate(t, &x, None);
         if done {
             let State { d, sig, entered, .. } = &self.sim.state;
             let known = if self.all { self.inner.len() } else { self.columns.often };

@@ -1,6 +1,9 @@
 //! Variables whose values over time are observed.
 use crate::author::variable::Place;
-use crate::plan::compiled::Plan;
+use crate::plan::compiled::{Op, Plan};
+
+/// The method whose last stage is at the end of the step.
+const RK4: &str = "rk4";
 
 /// The variables that an observer takes; the values that it gets are in this order.
 #[derive(Clone, Debug, Default)]
@@ -60,6 +63,10 @@ pub(super) struct Columns {
     pub(super) accounts: Vec<(u32, usize, usize)>,
     /// Number of variables that are evaluated at every end.
     pub(super) often: usize,
+    /// Variables that are averages over a fixed step ([`crate::Model::AVERAGES`]), or that follow from such variables.
+    pub(super) averaged: Vec<bool>,
+    /// Variables whose value at the end of a fixed step is known after the last stage, which is at the end of the step.
+    pub(super) staged: Vec<bool>,
 }
 
 impl Columns {
@@ -93,7 +100,33 @@ impl Columns {
             }
             lanes.resize(lanes.len() + n, Lane::Absent);
         }
-        Columns { lanes, ops, all_ops, accounts, often: wanted.places.len() }
+        let is_average = |op: u32| match plan.ops[op as usize] {
+            Op::Feedthrough(k) => plan.parts[k as usize].prototype.description().functions.averages,
+            _ => false,
+        };
+        let follows = |lane: &Lane| match lane {
+            Lane::Signal(k) => plan.flow.upstream(std::iter::once(*k)).into_iter().any(is_average),
+            _ => false,
+        };
+        let integrates = !plan.derivs.is_empty();
+        let averaged = match plan.averages && (integrates || !plan.steps.is_empty()) {
+            true => lanes.iter().map(follows).collect(),
+            false => vec![false; lanes.len()],
+        };
+        let ends_with_a_stage = integrates
+            && plan.integration.control.is_none()
+            && plan.steps.is_empty()
+            && plan.integration.method.name() == RK4;
+        let is_staged = |lane: &Lane| match lane {
+            Lane::Signal(k) => {
+                plan.flow.producer.get(*k as usize).is_some_and(|op| plan.stage_ops.contains(op))
+            }
+            Lane::State(_) | Lane::Held(_) => true,
+            Lane::Absent => false,
+        };
+        let staged = lanes.iter().map(|lane| ends_with_a_stage && is_staged(lane)).collect();
+        let often = wanted.places.len();
+        Columns { lanes, ops, all_ops, accounts, often, averaged, staged }
     }
 
     pub(super) fn read(

@@ -180,6 +180,8 @@ pub(super) struct Observed {
     pub(super) start: Vec<f64>,
     pub(super) end: Vec<f64>,
     pub(super) inner: Vec<f64>,
+    /// The values that the integrator used last in a fixed step.
+    pub(super) used: Vec<f64>,
     /// The signals as they were before anything was evaluated.
     pub(super) signals: Vec<f64>,
     pub(super) disturbed: bool,
@@ -202,6 +204,7 @@ pub struct Stretch<'a> {
     pub(super) start: &'a [f64],
     pub(super) end: &'a [f64],
     pub(super) inner: &'a mut Vec<f64>,
+    pub(super) used: &'a [f64],
     pub(super) signals: &'a mut Vec<f64>,
     pub(super) disturbed: &'a mut bool,
     /// The values of variables that are observed sparingly are evaluated, too.
