@@ -211,8 +211,11 @@ fn balances(all: &Balances) {
             ),
             false => {
                 let why = match report.not_counted.is_empty() {
-                    true => "not checked, because all parts only transmit it",
-                    false => "not checked, because terms are not counted",
+                    true => "not checked, because all parts only transmit it".to_string(),
+                    false => format!(
+                        "not checked, because it does not count {}",
+                        report.not_counted.join(", ")
+                    ),
                 };
                 say!(
                     "balance of {name}: {why}; the largest amount of one part is {largest} {unit}"

@@ -23,7 +23,12 @@ fn run(
         sim.step().unwrap();
         sim.observe_now();
     }
-    let balance = Metrics::of(&sim).and_then(|metrics| metrics.balance.as_ref());
+    report_of(&sim)
+}
+
+/// Returns the balances of a simulation so far, and their warnings.
+fn report_of(sim: &Simulation) -> (Balances, Vec<String>) {
+    let balance = Metrics::of(sim).and_then(|metrics| metrics.balance.as_ref());
     let warnings = balance.map(Balance::warnings).unwrap_or_default();
     let told = warnings.iter().map(|w| w.message.clone()).collect();
     (balance.map(Balance::report).unwrap_or_default(), told)
@@ -274,6 +279,37 @@ fn a_pendulum_loses_what_its_hinge_takes() {
         near(term(energy, "Mechanism", "friction and stops of hinges"), -height, 1e-3);
         // Measured: 5e-11 J with rk4.
         near(energy.residual, 0.0, 1e-3);
+    }
+}
+
+/// A state that a user sets adds energy, which no term of the model contains: the balance is not checked, and there is no warning.
+#[test]
+fn a_state_that_is_set_from_outside_opens_no_balance() {
+    let text = r#"Simulation(
+        bodies: { "arm": (parent: "world", hinge: Pin([0, 1, 0]), mass: 2, com: [0, 0, -1], inertia: [0.1, 0.1, 0.1]) },
+        parts: { "Gravity": (model: "environment.uniform_gravity", params: { "acceleration": [0, 0, -9.81] }) },
+        step: "1 ms", until: "1 s",
+    )"#;
+    let changes: [fn(&mut Simulation); 3] =
+        [|_| {}, |sim| sim.set("arm.rate", 3.0).unwrap(), |sim| sim.pin("arm.angle", 0.4).unwrap()];
+    for (k, change) in changes.iter().enumerate() {
+        let (program, settings) = common::program_of(text).unwrap();
+        let mut metrics = Metrics::default();
+        metrics.balance = Balance::new(&program);
+        let mut sim = Simulation::of(Arc::new(program));
+        metrics.observe(&mut sim);
+        sim.observe_now();
+        change(&mut sim);
+        while sim.before(settings.until.unwrap()) {
+            sim.step().unwrap();
+            sim.observe_now();
+        }
+        let (balances, warnings) = report_of(&sim);
+        let energy = &balances["energy"];
+        assert!(warnings.is_empty(), "{warnings:?}");
+        let checked = energy.parts.values().any(|part| part.residual.is_some());
+        assert_eq!(checked, k == 0, "{energy:#?}");
+        assert_eq!(energy.not_counted.is_empty(), k == 0, "{:?}", energy.not_counted);
     }
 }
 

@@ -84,6 +84,9 @@ struct Sums {
     /// Largest magnitude of each amount.
     #[serde(default)]
     largest: Vec<f64>,
+    /// A state was set from outside, or a variable was pinned: no balance has to close.
+    #[serde(default)]
+    changed: bool,
 }
 
 /// The balances of a run.
@@ -186,6 +189,7 @@ impl Balance {
             first: vec![f64::NAN; all.stocks.len() + own],
             last: vec![f64::NAN; all.stocks.len() + own],
             largest: vec![0.0; all.stocks.len() + own],
+            changed: false,
         };
         for room in [&mut all.begin, &mut all.average, &mut all.end] {
             *room = vec![f64::NAN; all.places.len()];
@@ -226,6 +230,11 @@ impl Balance {
         if same {
             self.sums = saved.0;
         }
+    }
+
+    /// Notes that a state or a pin was changed from outside, which adds or removes an unknown amount.
+    pub(crate) fn changed(&mut self) {
+        self.sums.changed = true;
     }
 
     /// Processes the values at an instant.

@@ -148,7 +148,13 @@ impl Balance {
                 true => self.silent().chain(terms.own.unknown.iter().cloned()).collect(),
                 false => terms.silent.clone(),
             };
-            if own && !unknown.is_empty() {
+            if sums.changed {
+                part.terms.insert("changes from outside".into(), -left);
+                let outside = "changes of variables from outside";
+                if !report.not_counted.iter().any(|name| name == outside) {
+                    report.not_counted.push(outside.into());
+                }
+            } else if own && !unknown.is_empty() {
                 part.terms.insert(format!("not counted: {}", unknown.join(", ")), -left);
                 *report.totals.entry("not counted").or_default() -= left;
                 report.not_counted.extend(unknown);

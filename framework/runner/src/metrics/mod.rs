@@ -381,6 +381,12 @@ impl Observer for Metrics {
         }
     }
 
+    fn changed(&mut self) {
+        if let Some(balance) = &mut self.balance {
+            balance.changed();
+        }
+    }
+
     fn stretch(&mut self, over: &mut Stretch<'_>) {
         if let Some(balance) = &mut self.balance {
             balance.stretch(over);

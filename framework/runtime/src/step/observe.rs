@@ -182,6 +182,13 @@ impl Simulation {
         observer.downcast_mut()
     }
 
+    /// Tells the observer that a state or a pin was changed from outside.
+    pub(super) fn tell_observer_of_change(&mut self) {
+        if let Some(observed) = &mut self.observed {
+            observed.observer.changed();
+        }
+    }
+
     /// Passes the present instant to the observer.
     pub fn observe_now(&mut self) {
         let time = self.time();

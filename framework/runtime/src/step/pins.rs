@@ -223,7 +223,9 @@ impl Simulation {
             self.state.copy_from(&before);
             self.replaced();
             VariableError { message: e.message, help: e.help.unwrap_or_default() }
-        })
+        })?;
+        self.tell_observer_of_change();
+        Ok(())
     }
 
     /// Restores the pins of a checkpoint; the states and signals already have their values.

@@ -194,6 +194,8 @@ pub trait Observer: Any + Send {
     fn instant(&mut self, t: Times, values: &[f64]);
     /// Receives the values over a stretch of time without a jump.
     fn stretch(&mut self, over: &mut Stretch<'_>);
+    /// Learns that a state was set from outside, or that variables were pinned or unpinned.
+    fn changed(&mut self) {}
 }
 
 /// A stretch of time without a jump.

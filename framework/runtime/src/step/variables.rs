@@ -121,7 +121,11 @@ impl Simulation {
             }
             let _ = self.refresh();
             VariableError { message: e.message, help: e.help.unwrap_or_default() }
-        })
+        })?;
+        if v.role == Role::State {
+            self.tell_observer_of_change();
+        }
+        Ok(())
     }
 
     /// Sets, pins or unpins a variable ([`Simulation::set`], [`Simulation::pin`], [`Simulation::unpin`]): for replaying the changes in a log. `value`
