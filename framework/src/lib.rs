@@ -40,6 +40,7 @@
 //! | [`spatial`] | vectors, rotations, poses, spatial velocities and forces, inertia |
 //! | [`multibody`] | bodies, hinges, nodes: the structure of a mechanism |
 //! | [`dynamics`] | kinematics, inverse and forward dynamics, mass matrices, derivatives |
+//! | [`operators`] | spatial operators as values: φ, ψ, H, M, K, D |
 //! | [`formats`] | URDF, MJCF and SDF files; URDF export |
 //! | [`world`] | planets: ellipsoids, rotation, epochs, gravity, atmospheres, ephemerides |
 //! | [`integrate`] | integrators, dense output, location of events |
@@ -63,6 +64,7 @@ pub use linkwork_embedded as embedded;
 pub use linkwork_formats as formats;
 pub use linkwork_integrate as integrate;
 pub use linkwork_multibody as multibody;
+pub use linkwork_operators as operators;
 pub use linkwork_plant as plant;
 pub use linkwork_record as record;
 pub use linkwork_render as render;

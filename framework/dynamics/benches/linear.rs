@@ -14,10 +14,10 @@ mod mechanisms;
 mod picture;
 
 use callgrind::{CALLS, CHILD};
-use linkwork_dynamics::operators::Scratch;
 use linkwork_dynamics::spatial::Vec3;
 use linkwork_dynamics::spatial::nalgebra::{DMatrix, DVector};
 use linkwork_dynamics::*;
+use linkwork_operators::*;
 use picture::{Curve, Panel};
 use std::collections::BTreeMap;
 use std::hint::black_box;

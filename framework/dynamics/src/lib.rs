@@ -1,5 +1,5 @@
-//! Recursive dynamics by scatter and gather sweeps: kinematics, inverse and forward dynamics, matrices and derivatives. Frames, operators, topology,
-//! inverse kinematics and ensembles are based on them.
+//! Recursive dynamics by scatter and gather sweeps: kinematics, inverse and forward dynamics, matrices and derivatives. Frames, topology, inverse
+//! kinematics and ensembles are based on them.
 //!
 //! A [`Tree`] is a mechanism prepared for the kernels; a [`Workspace`] is their memory. The sequence of calls for one integrator stage is:
 //! ```text
@@ -63,8 +63,8 @@ mod jacobian;
 mod kinematics;
 mod lane;
 mod linear;
+mod link_view;
 mod momentum;
-pub mod operators;
 mod prediction;
 mod query;
 mod regressor;
@@ -95,13 +95,13 @@ pub use jacobian::{
 };
 pub use kinematics::{kinematics, poses};
 pub use lane::Lane;
+pub use link_view::{LinkView, link_views, node_offset};
 pub use linkwork_multibody as multibody;
 pub use linkwork_multibody::spatial;
 pub use momentum::{
     center_of_mass, com_acceleration, com_velocity, kinetic_energy, momentum, potential_energy,
     subtree_inertia,
 };
-pub use operators::{Operator, OperatorError, Operators};
 pub use prediction::{Drive, Prediction, StateEstimate};
 pub use regressor::{PARAMETERS, inertial_parameters, regressor};
 pub use topology::{Edit, Edited, Placement, TopologyError};

@@ -123,7 +123,7 @@ impl Tree {
 
     /// Returns the mechanism from which this tree was created.
     #[must_use]
-    pub fn multibody(&self) -> &Multibody {
+    pub fn multibody(&self) -> &Arc<Multibody> {
         &self.multibody
     }
 

@@ -617,7 +617,7 @@ fn what_is_only_for_rigid_mechanisms_says_so() {
     let said = |e: String| {
         assert!(e.contains(&format!("body `{body}` is flexible")) && e.contains("help: "), "{e}");
     };
-    said(Operators::new(&c.tree, &c.ws).unwrap_err().to_string());
+    said(linkwork_operators::Operators::new(&c.tree, &c.ws).unwrap_err().to_string());
     said(c.tree.check_rigid("regressor").unwrap_err().to_string());
     said(Frames::new().add_mechanism("m", &mbs, Frames::new().world()).unwrap_err().to_string());
     said(Edit::new(&mbs, &c.q, &c.v).unwrap_err().to_string());

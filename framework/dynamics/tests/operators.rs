@@ -2,10 +2,10 @@
 
 use crate::support::{Rng, Shape, close, random_tree};
 use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, Multibody};
-use linkwork_dynamics::operators::Scratch;
 use linkwork_dynamics::spatial::nalgebra::DMatrix;
 use linkwork_dynamics::spatial::{MassProperties, Mat3, Motion, Pose, Vec3};
 use linkwork_dynamics::*;
+use linkwork_operators::*;
 
 struct Case {
     mbs: Multibody,

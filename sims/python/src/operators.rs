@@ -1,6 +1,6 @@
 //! `Operators` and `Operator`: the spatial operators φ ψ H M K D … of a mechanism at a configuration.
 //!
-//! All formulas and checks are in `linkwork_dynamics::Operator`; this file adds Python's arithmetic operators. A vector is the right operand of `*`
+//! All formulas and checks are in `linkwork_linkwork_operators::Operator`; this file adds Python's arithmetic operators. A vector is the right operand of `*`
 //! or `@`; a matrix as right operand stands for its columns.
 use crate::array::{Array, Array2, Input, out, out2};
 use crate::core::Core;
@@ -35,7 +35,7 @@ use std::sync::Arc;
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Operators {
     core: Arc<Core>,
-    ops: dynamics::Operators,
+    ops: linkwork_operators::Operators,
 }
 
 #[pymethods]
@@ -76,8 +76,8 @@ impl Mechanism {
         let made = self.core.run(py, |tree, ws| {
             dynamics::poses(tree, ws, q);
             match all_free {
-                true => dynamics::Operators::all_free(tree, ws),
-                false => dynamics::Operators::new(tree, ws),
+                true => linkwork_operators::Operators::all_free(tree, ws),
+                false => linkwork_operators::Operators::new(tree, ws),
             }
         });
         Ok(Operators { core: self.core.clone(), ops: made.map_err(refuse)? })
@@ -338,11 +338,11 @@ impl Operators {
 /// ([4.5], [-1.8])
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Operator {
-    op: dynamics::Operator,
+    op: linkwork_operators::Operator,
 }
 
-impl From<dynamics::Operator> for Operator {
-    fn from(op: dynamics::Operator) -> Self {
+impl From<linkwork_operators::Operator> for Operator {
+    fn from(op: linkwork_operators::Operator) -> Self {
         Self { op }
     }
 }
@@ -500,7 +500,7 @@ impl Operator {
                 out(py, y, &[n])
             }
             [rows, k] => {
-                let columns = || -> Result<Vec<Vec<f64>>, dynamics::OperatorError> {
+                let columns = || -> Result<Vec<Vec<f64>>, linkwork_operators::OperatorError> {
                     let column = |j| (0..rows).map(|i| values[i * k + j]).collect::<Vec<f64>>();
                     (0..k).map(|j| self.op.apply(&column(j))).collect()
                 };

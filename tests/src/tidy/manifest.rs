@@ -72,7 +72,7 @@ fn unquoted(text: &str) -> String {
 }
 
 /// Floors, in tenths so that the façade finds its place above the floors that it re-exports.
-const FLOORS: [(&str, u32); 27] = [
+const FLOORS: [(&str, u32); 28] = [
     ("framework/derive", 0),
     ("framework/maths", 0),
     ("framework/names", 0),
@@ -80,6 +80,7 @@ const FLOORS: [(&str, u32); 27] = [
     ("framework/multibody", 20),
     ("framework/world", 20),
     ("framework/dynamics", 30),
+    ("framework/operators", 35),
     ("framework/formats", 30),
     ("framework/integrate", 30),
     ("framework/solvers", 40),

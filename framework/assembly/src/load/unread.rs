@@ -59,7 +59,7 @@ pub(crate) fn unseen(loaded: &Loaded, program: &Program) -> Vec<Fault> {
     let mut services = program.phases.iter().flat_map(|phase| phase.plan.services.iter());
     let terrain = services.any(|(_, o)| o.get::<dyn Terrain>().is_some());
     let services = &program.phases[0].plan.services;
-    let on_planet = services.iter().any(|(_, o)| o.axes().site().is_some());
+    let on_planet = services.rotating().is_some();
     let idle = |written: bool, fact: &str, help: &str| {
         written.then(|| Fault::new(view.origin, format!("`view`: {fact}")).help(help))
     };

@@ -2,7 +2,7 @@
 
 /// A symbol, or its transpose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Side {
+pub(crate) enum Side {
     Plain,
     Transposed,
 }

@@ -7,26 +7,22 @@
 //! prescribed  D = D⁻¹ = 0,     G = 0,         P⁺ = P
 //! ```
 
-use crate::error::DynamicsError;
-use crate::linear::S3;
-use crate::query::{mat3, v3, vec3};
-use crate::tree::{Kind, Link, Tree};
-use crate::work::{Kin, Workspace};
+use linkwork_dynamics::{DynamicsError, LinkView, Tree, Workspace, link_views, node_offset};
 use linkwork_multibody::{Coordinate, Multibody};
 use linkwork_spatial::nalgebra::{Matrix6, Vector6};
-use linkwork_spatial::{Mat3, Vec3, skew};
+use linkwork_spatial::{Vec3, skew};
 use std::sync::{Arc, OnceLock};
 
 /// Which coordinates are treated as free.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Articulation {
+pub(crate) enum Articulation {
     AsGiven,
     AllFree,
 }
 
 /// One link; world axes at its origin.
 #[derive(Clone, Debug)]
-pub(super) struct LinkAt {
+pub(crate) struct LinkAt {
     /// `None`: the world.
     pub parent: Option<usize>,
     /// Vector from the parent's origin to the link's.
@@ -45,13 +41,13 @@ pub(super) struct LinkAt {
 
 /// A node: its link and the vector from the link's origin to the node's, world axes.
 #[derive(Clone, Debug)]
-pub(super) struct NodeAt {
+pub(crate) struct NodeAt {
     pub link: Option<usize>,
     pub r: Vec3,
 }
 
 #[derive(Debug)]
-pub(super) struct Snapshot {
+pub(crate) struct Snapshot {
     pub links: Vec<LinkAt>,
     pub nv: usize,
     /// Columns of H*, and of G, for each degree of freedom.
@@ -68,14 +64,14 @@ pub(super) struct Snapshot {
 impl Snapshot {
     #[track_caller]
     pub fn new(tree: &Tree, ws: &Workspace, which: Articulation) -> Result<Self, DynamicsError> {
-        let kin = &ws.work.kin;
-        assert_eq!(kin.len(), tree.links.len() + 1, "workspace made for another tree");
-        let nodes = (tree.nodes.iter()).map(|at| NodeAt {
-            link: (at.slot as usize).checked_sub(1),
-            r: vec3(&kin[at.slot as usize].R.mul(v3(&at.p))),
+        let links = link_views(tree, ws)?;
+        let multibody = tree.multibody();
+        let nodes = multibody.node_ids().map(|node| {
+            let (link, r) = node_offset(tree, ws, node);
+            NodeAt { link, r }
         });
         let mut s = Self {
-            links: Vec::with_capacity(tree.links.len()),
+            links: Vec::with_capacity(links.len()),
             nv: tree.nv(),
             H: Vec::with_capacity(tree.nv()),
             G: vec![Vector6::zeros(); tree.nv()],
@@ -84,25 +80,25 @@ impl Snapshot {
             nodes: nodes.collect(),
             upsilon: OnceLock::new(),
             M_inv: OnceLock::new(),
-            multibody: tree.multibody.clone(),
+            multibody: multibody.clone(),
         };
-        for (link, kin) in tree.links.iter().zip(&kin[1..]) {
-            let (M, block) = (rigid(link, kin), s.D.len());
-            s.H.extend(hinge_map(link, kin));
-            let n = link.kind.nv();
+        for LinkView { parent, offset, v, body, coordinate, armature, inertia, hinge_map } in links
+        {
+            let (n, block) = (hinge_map.len(), s.D.len());
+            s.H.extend(hinge_map);
             s.D.resize(block + n * n, 0.0);
-            let given = link.coordinate == Coordinate::Prescribed;
+            let given = coordinate == Coordinate::Prescribed;
             s.links.push(LinkAt {
-                parent: (link.parent as usize).checked_sub(1),
-                l: vec3(&kin.l),
-                v: link.v as usize,
+                parent,
+                l: offset,
+                v,
                 n,
                 block,
                 prescribed: given && which == Articulation::AsGiven,
-                armature: link.armature,
-                body: link.body as usize,
-                M,
-                P: M,
+                armature,
+                body,
+                M: inertia,
+                P: inertia,
             });
         }
         s.D_inv = vec![0.0; s.D.len()];
@@ -217,37 +213,6 @@ fn phi(l: &Vec3) -> Matrix6<f64> {
     let mut phi = Matrix6::identity();
     phi.fixed_view_mut::<3, 3>(0, 3).copy_from(&skew(l));
     phi
-}
-
-/// Returns M of a link, world axes about its origin.
-fn rigid(link: &Link, kin: &Kin<f64>) -> Matrix6<f64> {
-    let S3 { xx, xy, xz, yy, yz, zz } = link.J;
-    let R = mat3(&kin.R);
-    let J = R * Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) * R.transpose();
-    let h = skew(&vec3(&kin.R.mul(link.h)));
-    let mut M = Matrix6::zeros();
-    M.fixed_view_mut::<3, 3>(0, 0).copy_from(&((J + J.transpose()) * 0.5));
-    M.fixed_view_mut::<3, 3>(0, 3).copy_from(&h);
-    M.fixed_view_mut::<3, 3>(3, 0).copy_from(&-h);
-    M.fixed_view_mut::<3, 3>(3, 3).copy_from(&(Mat3::identity() * link.m));
-    M
-}
-
-/// Returns the columns of H* of a link, world axes.
-fn hinge_map(link: &Link, kin: &Kin<f64>) -> Vec<Vector6<f64>> {
-    let (R, o) = (mat3(&kin.R), Vec3::zeros());
-    let pair = |n: Vec3, f: Vec3| Vector6::new(n.x, n.y, n.z, f.x, f.y, f.z);
-    let axis = |j: usize| Vec3::from(R.column(j));
-    match link.kind {
-        Kind::Pin => vec![pair(axis(2), o)],
-        Kind::Slider => vec![pair(o, axis(2))],
-        Kind::Screw => vec![pair(axis(2), axis(2) * link.pitch)],
-        Kind::Ball => (0..3).map(|j| pair(axis(j), o)).collect(),
-        Kind::Free => {
-            let turns = (0..3).map(|j| pair(axis(j), o));
-            turns.chain((0..3).map(|j| pair(o, axis(j)))).collect()
-        }
-    }
 }
 
 /// Inverts a symmetric positive definite matrix (row after row) by Cholesky. Returns false when a pivot is not above round-off (1e-14 of `scale`, the

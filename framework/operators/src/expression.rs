@@ -3,10 +3,10 @@
 //! The representation makes it easy to find and print patterns as they are usually written: products and sums are flat lists, factors of products
 //! become coefficients of a sum, a transposed product is the product of the transposed factors, and a transposed sum stays a sum with a star.
 
-use super::error::{Operand, OperatorError};
-use super::side::Side;
-use super::snapshot::Snapshot;
-use super::sweeps::Symbol;
+use crate::error::{Operand, OperatorError};
+use crate::side::Side;
+use crate::snapshot::Snapshot;
+use crate::sweeps::Symbol;
 use std::fmt;
 use std::ops::{Add, Mul, Neg, Sub};
 use std::sync::Arc;
@@ -45,7 +45,7 @@ impl fmt::Display for Space {
 }
 
 #[derive(Debug)]
-pub(super) enum Expr {
+pub(crate) enum Expr {
     Identity,
     Symbol(Symbol, Side),
     Nodes(Arc<[usize]>, Side),
@@ -59,25 +59,25 @@ pub(super) enum Expr {
 
 /// A valid expression.
 #[derive(Clone, Debug)]
-pub(super) struct Sound {
+pub(crate) struct Sound {
     pub expr: Arc<Expr>,
     /// `None`: only `I`.
     pub system: Option<Arc<Snapshot>>,
     pub size: Option<(Space, Space)>,
 }
 
-/// A linear operator of one system, as an expression; inexpensive to clone. See [`Operators`](super::Operators).
+/// A linear operator of one system, as an expression; inexpensive to clone. See [`Operators`](crate::Operators).
 #[derive(Clone, Debug)]
 pub struct Operator {
-    pub(super) inner: Result<Sound, Arc<OperatorError>>,
+    pub(crate) inner: Result<Sound, Arc<OperatorError>>,
 }
 
 impl Operator {
-    pub(super) fn identity() -> Self {
+    pub(crate) fn identity() -> Self {
         Self { inner: Ok(Sound { expr: Arc::new(Expr::Identity), system: None, size: None }) }
     }
 
-    pub(super) fn leaf(system: &Arc<Snapshot>, expr: Expr) -> Self {
+    pub(crate) fn leaf(system: &Arc<Snapshot>, expr: Expr) -> Self {
         let (links, hinges) = (Space::Links(system.links.len()), Space::Hinges(system.nv));
         let size = |expr: &Expr| match expr {
             Expr::Symbol(symbol, _) => match symbol {
@@ -106,7 +106,7 @@ impl Operator {
         Self { inner: Ok(Sound { expr: Arc::new(expr), system, size }) }
     }
 
-    pub(super) fn sound(&self) -> Result<&Sound, OperatorError> {
+    pub(crate) fn sound(&self) -> Result<&Sound, OperatorError> {
         self.inner.as_ref().map_err(|e| (**e).clone())
     }
 
@@ -236,14 +236,14 @@ impl Operator {
     }
 
     /// Returns the coefficient of an operator, and the operator without it.
-    pub(super) fn coefficient(&self) -> (f64, &Self) {
+    pub(crate) fn coefficient(&self) -> (f64, &Self) {
         match self.inner.as_ref().map(|s| &*s.expr) {
             Ok(Expr::Sum(terms)) if terms.len() == 1 => (terms[0].0, &terms[0].1),
             _ => (1.0, self),
         }
     }
 
-    pub(super) fn scaled(&self, factor: f64) -> Self {
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
         let Ok(sound) = &self.inner else { return self.clone() };
         let terms: Vec<(f64, Operator)> = match &*sound.expr {
             Expr::Sum(terms) => terms.iter().map(|(c, a)| (c * factor, a.clone())).collect(),

@@ -7,10 +7,10 @@
 //! (c A)⁻¹ = c⁻¹ A⁻¹,  (A B)⁻¹ = B⁻¹ A⁻¹,  (A*)⁻¹ = (A⁻¹)*
 //! ```
 
-use super::error::OperatorError;
-use super::expression::{Expr, Operator};
-use super::side::Side;
-use super::sweeps::Symbol;
+use crate::error::OperatorError;
+use crate::expression::{Expr, Operator};
+use crate::side::Side;
+use crate::sweeps::Symbol;
 
 use Side::{Plain, Transposed};
 

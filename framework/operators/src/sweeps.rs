@@ -8,14 +8,14 @@
 //! K x    y(p) = Σ_k φ(p,k) G(k) x(k)                     K* x           y(k) = G*(k) φ*(p,k) x(p)
 //! ```
 
-use super::side::Side;
-use super::snapshot::{LinkAt, Snapshot};
+use crate::side::Side;
+use crate::snapshot::{LinkAt, Snapshot};
 use linkwork_spatial::nalgebra::{Matrix6, Vector6};
 use linkwork_spatial::{Force, Motion, Vec3};
 
 /// The elementary operators, which are not products or sums.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Symbol {
+pub(crate) enum Symbol {
     Phi,
     Psi,
     EPhi,
@@ -100,7 +100,7 @@ fn to_child(l: &Vec3, x: &V6) -> V6 {
 }
 
 /// Evaluation of one symbol of one system; counts the links that it visits.
-pub(super) struct Sweep<'a> {
+pub(crate) struct Sweep<'a> {
     pub s: &'a Snapshot,
     pub visits: u64,
 }

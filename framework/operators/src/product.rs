@@ -3,10 +3,10 @@
 //! A product is evaluated from right to left, `A B C x = A (B (C x))`; the terms of a sum one after the other. An expression of s symbols therefore
 //! visits s · links links.
 
-use super::error::OperatorError;
-use super::expression::{Expr, Operator, Sound, Space};
-use super::side::Side;
-use super::sweeps::Sweep;
+use crate::error::OperatorError;
+use crate::expression::{Expr, Operator, Sound, Space};
+use crate::side::Side;
+use crate::sweeps::Sweep;
 use linkwork_spatial::nalgebra::DMatrix;
 use std::ops::Mul;
 

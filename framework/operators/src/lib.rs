@@ -23,6 +23,8 @@
 //! operator that carries its error. All expressions that contain it carry the error, too, and `apply`, `dense`, `inverse` and `check` return the
 //! *first* error with both operands. [`Operator::try_mul`] and [`Operator::try_add`] return it immediately.
 
+#![allow(non_snake_case)]
+
 mod error;
 mod expression;
 mod inverse;
@@ -35,10 +37,8 @@ pub use error::{Operand, OperatorError};
 pub use expression::{Operator, Space};
 pub use product::Scratch;
 
-use crate::error::DynamicsError;
-use crate::tree::Tree;
-use crate::work::Workspace;
 use expression::Expr;
+use linkwork_dynamics::{DynamicsError, Tree, Workspace};
 use linkwork_multibody::NodeId;
 use side::Side;
 use snapshot::{Articulation, Snapshot};
@@ -52,14 +52,13 @@ pub struct Operators {
 }
 
 impl Operators {
-    /// Creates the operators at the last [`kinematics`](crate::kinematics()) or [`poses`](crate::poses) of `ws`, and computes articulated-body
+    /// Creates the operators at the last [`kinematics`](linkwork_dynamics::kinematics()) or [`poses`](linkwork_dynamics::poses) of `ws`, and computes articulated-body
     /// inertias. O(links). Panics if `ws` was made for another tree.
     ///
     /// # Errors
     /// [`DynamicsError::Singular`] if a free subhinge moves no inertia; [`DynamicsError::Flexible`].
     #[track_caller]
     pub fn new(tree: &Tree, ws: &Workspace) -> Result<Self, DynamicsError> {
-        tree.check_rigid("operators")?;
         let system = Arc::new(Snapshot::new(tree, ws, Articulation::AsGiven)?);
         Ok(Self { system })
     }
@@ -70,7 +69,6 @@ impl Operators {
     /// Like [`Operators::new`].
     #[track_caller]
     pub fn all_free(tree: &Tree, ws: &Workspace) -> Result<Self, DynamicsError> {
-        tree.check_rigid("operators")?;
         let system = Arc::new(Snapshot::new(tree, ws, Articulation::AllFree)?);
         Ok(Self { system })
     }
