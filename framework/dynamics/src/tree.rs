@@ -123,8 +123,14 @@ impl Tree {
 
     /// Returns the mechanism from which this tree was created.
     #[must_use]
-    pub fn multibody(&self) -> &Arc<Multibody> {
+    pub fn multibody(&self) -> &Multibody {
         &self.multibody
+    }
+
+    /// Returns the mechanism for an object that keeps it.
+    #[must_use]
+    pub fn shared_multibody(&self) -> Arc<Multibody> {
+        self.multibody.clone()
     }
 
     /// Returns the number of coordinates in q.

@@ -65,7 +65,7 @@ impl Snapshot {
     #[track_caller]
     pub fn new(tree: &Tree, ws: &Workspace, which: Articulation) -> Result<Self, DynamicsError> {
         let links = link_views(tree, ws)?;
-        let multibody = tree.multibody();
+        let multibody = tree.shared_multibody();
         let nodes = multibody.node_ids().map(|node| {
             let (link, r) = node_offset(tree, ws, node);
             NodeAt { link, r }
@@ -80,7 +80,7 @@ impl Snapshot {
             nodes: nodes.collect(),
             upsilon: OnceLock::new(),
             M_inv: OnceLock::new(),
-            multibody: multibody.clone(),
+            multibody,
         };
         for LinkView { parent, offset, v, body, coordinate, armature, inertia, hinge_map } in links
         {

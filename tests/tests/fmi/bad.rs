@@ -196,7 +196,7 @@ fn variables_without_a_port_are_a_warning() {
         all.filter(|w| w.contains("have no port")).collect()
     };
     bench.unit("unit.fmu", 3, Model::Spring, |t| t);
-    assert_eq!(warnings(PART), [String::new(); 0]);
+    assert!(warnings(PART).is_empty());
     let more = r#"<String name="note" valueReference="40" causality="input"><Start value="a"/></String>
 <Binary name="frame" valueReference="41" causality="output"/><Clock name="tick" valueReference="42" causality="input" intervalVariability="triggered"/>
 <String name="title" valueReference="43" causality="parameter"><Start value="b"/></String></ModelVariables>"#;
@@ -210,5 +210,5 @@ fn variables_without_a_port_are_a_warning() {
     let told = warnings(PART);
     assert!(told.len() == 1 && told[0].contains("input `note` (String)"), "{told:#?}");
     let set = PART.replace("\"unit.fmu\"", "\"unit.fmu\", \"start\": { \"note\": \"b\" }");
-    assert_eq!(warnings(&set), [String::new(); 0]);
+    assert!(warnings(&set).is_empty());
 }
