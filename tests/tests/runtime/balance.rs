@@ -175,7 +175,7 @@ fn a_sampled_force_closes() {
         step: "100 ms", integrator: "rk4", until: "5 s",
     )"#);
     let mechanism = &all["energy"].parts["Mechanism"];
-    assert!(mechanism.carried > 5.0 && mechanism.uncertainty == 0.0, "{mechanism:#?}");
+    assert!(mechanism.carried > 5.0 && mechanism.uncertainty < 1.0, "{mechanism:#?}");
     near(mechanism.residual.unwrap(), 0.0, 1e-9);
 }
 

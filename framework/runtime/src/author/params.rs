@@ -156,6 +156,7 @@ fn idle(needs: &str, map: &Located, specs: &[ParamSpec]) -> Option<(String, Stri
             Value::Null => format!("`{name}` is not written"),
             Value::Variant(word, _) => format!("`{name}` is {word}"),
             Value::Text(text) => format!("`{name}` is {text}"),
+            Value::Number(x) => format!("`{name}` is {}", crate::author::doc::number(*x)),
             other => format!("`{name}` is {other}"),
         });
         names.push(format!("`{name}`"));
@@ -260,7 +261,7 @@ pub struct ReadCx<'a> {
     pub warnings: Vec<Fault>,
     /// Parameters for which a misspelt name was probably intended, with the origin of their map; they are not also reported as missing.
     meant: Vec<(Origin, String)>,
-    /// The part acts on sliders only, so the units of its parameters are those of lengths and forces.
+    /// The part acts on sliders only, so its parameters have the units of lengths and forces.
     pub(crate) slides: bool,
     /// Written parameters that have an effect only with other parameters.
     pub(crate) settings: Vec<Setting>,

@@ -56,7 +56,7 @@ pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan
     Ok(plan)
 }
 
-/// Returns the settings of a phase that may have no effect: those of the mechanism and those of the parts.
+/// Returns the settings of the mechanism and the parts of a phase that may have no effect.
 pub(crate) fn settings_of(spec: &Spec, plan: &Plan) -> Vec<Setting> {
     let of_host = spec.host.as_ref().map(|h| h.settings()).unwrap_or_default();
     of_host.into_iter().chain(plan.settings.iter().cloned()).collect()
