@@ -206,6 +206,14 @@ fn rover() -> Scene {
     s
 }
 
+/// A falling chain whose links turn slowly relative to each other, without contact.
+pub fn falling_chain(links: usize) -> Scene {
+    let mut s = Scene::new(&format!("chain of {links} links"), chain(links), Vec::new());
+    s.v[6..].iter_mut().enumerate().for_each(|(k, v)| *v = 0.2 * (k as f64).sin());
+    s.steps = (200_000 / links).clamp(50, 5000);
+    s
+}
+
 /// Links in a row on a free base, with pins about z.
 pub fn chain(links: usize) -> Multibody {
     let mut b = Builder::new();
