@@ -1,15 +1,11 @@
 //! Signals of time: constant, sine, step, ramp.
 //! ```text
-//! sine y = offset + A sin(2π f t + φ)     pieces end at 2π f t + φ = k π/2
-//! step y = before, then after from t₀ on     ramp y = start + slope (t − t₀)₊
+//! sine y = offset + A sin(2π f t + φ)     step y = before, then after from t₀ on     ramp y = start + slope (t − t₀)₊
 //! ```
-//! The jump of a step and the corner of a ramp are events: every integrator ends a step there and begins a new one after it. So are the
-//! zeros and extremes of a sine: between two of them it only rises or only falls, so that thresholds are found and integrals are right although
-//! the samples are far apart.
+//! The jump of a step and the corner of a ramp are events: every integrator ends a step there and begins a new one after it.
 
 use crate::ports::Output;
 use linkwork_runtime::prelude::*;
-use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// A value.
 #[derive(Params, Clone, Debug)]
@@ -55,63 +51,15 @@ pub struct Sine {
     p: SineParams,
 }
 
-/// Quarter period of a sine, between a zero and an extreme.
-#[derive(State, Clone, Copy, Debug)]
-pub struct Quarter {
-    /// Its number k: it ends at the angle k π/2.
-    #[port("1")]
-    pub quarter: f64,
-}
-
-/// The next zero or extreme of a sine.
-#[derive(Ports, Clone, Copy, Debug)]
-pub struct QuarterEnd {
-    /// Time since then.
-    #[port("s", rising)]
-    pub since: f64,
-}
-
-impl Sine {
-    /// Returns the angle at which the time is zero, for an angle that increases with time.
-    fn start(&self) -> f64 {
-        if self.p.frequency < 0.0 { -self.p.phase } else { self.p.phase }
-    }
-
-    /// Returns the number of the quarter period at a time (s).
-    fn quarter(&self, t: f64) -> f64 {
-        let angle = TAU * self.p.frequency.abs() * t + self.start();
-        (angle / FRAC_PI_2).floor() + 1.0
-    }
-
-    /// Returns the time (s) at which a quarter period ends; `None` for a constant.
-    fn end(&self, quarter: f64) -> Option<f64> {
-        let rate = TAU * self.p.frequency.abs();
-        (rate > 0.0 && self.p.amplitude != 0.0).then(|| (quarter * FRAC_PI_2 - self.start()) / rate)
-    }
-}
-
-/// Sine of time. Its zeros and extremes are events, so that pulses that depend on it are not lost between samples.
+/// Sine of time.
 #[model("basics.sine")]
 impl Model for Sine {
-    const MODES: bool = true;
     type Params = SineParams;
     type FeedthroughOutputs = Output;
-    type DiscreteState = Quarter;
-    type Guards = QuarterEnd;
     fn feedthrough(&self, clock: &Clock) -> Output {
         let p = &self.p;
-        let angle = TAU * p.frequency * clock.t + p.phase;
+        let angle = std::f64::consts::TAU * p.frequency * clock.t + p.phase;
         Output { y: p.offset + p.amplitude * angle.sin() }
-    }
-    fn mode(&self, clock: &Clock) -> Quarter {
-        Quarter { quarter: self.quarter(clock.t) }
-    }
-    fn guards(&self, clock: &Clock, d: &Quarter) -> QuarterEnd {
-        QuarterEnd { since: self.end(d.quarter).map_or(-1.0, |end| clock.t - end) }
-    }
-    fn handle_event(&self, clock: &Clock, d: &Quarter) -> ((), Quarter) {
-        // The angle at the end itself may belong to either quarter, because of round-off.
-        ((), Quarter { quarter: self.quarter(clock.t).max(d.quarter + 1.0) })
     }
 }
 
@@ -232,17 +180,6 @@ mod tests {
         let at = |t: f64| Clock::at(t, 0.1, 0);
         let s = Sine { p: SineParams { amplitude: 2.0, frequency: 0.5, phase: 0.0, offset: 1.0 } };
         assert!((s.feedthrough(&at(0.5)).y - 3.0).abs() < 1e-12);
-        // Zeros and extremes of 0.5 Hz are at multiples of 0.5 s.
-        let quarter = s.mode(&at(0.6)).quarter;
-        assert_eq!((s.mode(&at(0.4)).quarter, quarter), (1.0, 2.0));
-        assert!((s.guards(&at(0.6), &Quarter { quarter }).since + 0.4).abs() < 1e-12);
-        assert_eq!(s.handle_event(&at(1.0 - 1e-15), &Quarter { quarter }).1.quarter, 3.0);
-        let back = Sine { p: SineParams { frequency: -0.5, phase: 0.4, ..s.p.clone() } };
-        let end = back.end(back.quarter(7.0)).unwrap();
-        let y = back.feedthrough(&at(end)).y - 1.0;
-        assert!(end > 7.0 && end <= 7.5 && (y * (y.abs() - 2.0)).abs() < 1e-12, "{end} {y}");
-        let still = Sine { p: SineParams { frequency: 0.0, ..s.p.clone() } };
-        assert_eq!(still.guards(&at(3.0), &still.mode(&at(3.0))).since, -1.0);
         let s = Step { p: StepParams { time: 1.0, before: -1.0, after: 4.0 } };
         let mode = |t: f64| s.mode(&at(t));
         let y = |t: f64| s.feedthrough(&at(t), &mode(t)).y;

@@ -184,6 +184,7 @@ fn panel<B: DrawingBackend>(
 ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
     let points = || plot.curves.iter().flat_map(|c| &c.points).filter(|p| can_be_drawn(p));
     let (mut x, mut y) = (span(points().map(|p| p.0)), span(points().map(|p| p.1)));
+    let area = area.margin(5 * FINE, 0, 0, 0);
     let area = legend(&area.titled(&plot.title, ("sans-serif", 18 * FINE))?, plot)?;
     if plot.equal {
         let (width, height) = area.dim_in_pixel();
@@ -289,7 +290,7 @@ mod tests {
         let values: Vec<f64> = (0..2000).map(|k| (f64::from(k) * 1e-3).cos()).collect();
         let svg = drawn(&values, false);
         assert!(svg.contains("<svg width=\"640\" height=\"360\" viewBox=\"0 0 6400 3600\""));
-        let curve = svg.split("<polyline").max_by_key(|l| l.len()).unwrap();
+        let curve = svg.split("<polyline").skip(1).max_by_key(|l| l.len()).unwrap();
         let points = curve.split("points=\"").nth(1).unwrap().split('"').next().unwrap();
         let points: Vec<(f64, f64)> = points
             .split_whitespace()

@@ -50,31 +50,12 @@ const CASES: &[Case] = &[
         want: &[("correlation", 0.0, 0.03), ("a", 1.0, 0.03)],
     },
     Case {
-        report: "DiffEqBase.jl #634, DifferentialEquations.jl #258: thresholds of a wave that is much faster than the samples",
-        text: r#"parts: { "S": (model: "basics.sine", params: { "frequency": "7.3 Hz" }), "C": (model: "basics.constant", params: { "value": 0.5 }), "K": (model: "basics.comparator"),
-            "R": (model: "basics.relay", params: { "on": 0.5, "off": -0.5 }), "I": (model: "basics.integrator") },
-        wires: ["S.y -> K.a", "C.y -> K.b", "S.y -> R.u", "R.y -> I.u"], step: "1 s", integrator: "verner_87", until: "10 s",
-        metrics: { "duty": (of: "K.y", take: "mean"), "share": (when: "S.y > 0.5", take: "mean"), "on": (of: "I.y"), "rms": (of: "S.y", take: "rms") }"#,
-        // Above 0.5 from 30 to 150 degrees; the relay is on from 30 to 210 degrees of each of the 73 periods.
-        want: &[
-            ("duty", 1.0 / 3.0, 1e-8),
-            ("share", 1.0 / 3.0, 1e-8),
-            ("on", 5.0, 1e-8),
-            ("rms", std::f64::consts::FRAC_1_SQRT_2, 1e-6),
-        ],
-    },
-    Case {
-        report: "DiffEqBase.jl #634: a wave that is zero at all samples of fixed steps, and the end of a run at its threshold",
-        text: r#"parts: { "S": (model: "basics.sine", params: { "frequency": "1 Hz" }), "I": (model: "basics.integrator"), "Q": (model: "basics.product"), "J": (model: "basics.integrator") },
-        wires: ["S.y -> I.u", "S.y -> Q.a", "S.y -> Q.b", "Q.y -> J.u"], step: "1 s", until: "10 s", stop_when: "S.y > 0.9 and time > 4 s",
-        metrics: { "I": (of: "I.y", at: "time >= 1.25 s"), "J": (of: "J.y"), "end": (of: "S.y"), "when": (of: "S.y", take: "time_of_max") }"#,
-        // (1 - cos)/(2 pi); t/2 - sin(4 pi t)/(8 pi) at 4 s + asin(0.9)/(2 pi). A step of RK4 is at most half a period long.
-        want: &[
-            ("I", 0.159_155, 1e-3),
-            ("J", 2.057_890, 2e-2),
-            ("end", 0.9, 1e-9),
-            ("when", 0.25, 1e-9),
-        ],
+        report: "DiffEqBase.jl #634: a condition that is true only before another event of the same step",
+        text: r#"parts: { "T": (model: "basics.ramp"), "D": (model: "basics.ramp", params: { "start": 0.25, "slope": -1 }), "P": (model: "basics.product"), "S": (model: "basics.step", params: { "time": 0.25 }) },
+        wires: ["T.y -> P.a", "D.y -> P.b"], step: "1 s", until: "10 s", stop_when: "P.y > 0.01",
+        metrics: { "end": (of: "T.y") }"#,
+        // t (0.25 - t) = 0.01; at 0.25 s, where the step ends, and at 0.5 s the product is not positive.
+        want: &[("end", 0.05, 1e-9)],
     },
     Case {
         report: "gz-sim (samples), textbook: the value of a sampled part at an instant at which it is sampled, and at the end of a run there",

@@ -16,6 +16,7 @@ const SMOOTH: &[&str] = &[
     "basics.lag",
     "basics.path_length",
     "basics.product",
+    "basics.sine",
     "basics.sum",
     "control.wheel_distribution",
     "flight.drag",

@@ -195,10 +195,6 @@ const RIGS: &[Rig] = &[
 const OTHERS: &[(&str, &str)] = &[
     ("basics.bouncing_ball", "its state jumps, by its own motion"),
     ("basics.hinge_trajectory", "meets its positions; a test of its own"),
-    (
-        "basics.sine",
-        "does not jump; its zeros and extremes end steps, so that others see all of its waves",
-    ),
     ("basics.slider_trajectory", "as the hinge's"),
     ("flight.airbag", "opens by its own pressure"),
     ("flight.axisymmetric_aerodynamics", "a corner of coefficients, by the motion"),

@@ -5,9 +5,13 @@ use linkwork_tests::tidy::{docs, layers, manifest, sources, words};
 use std::path::{Path, PathBuf};
 
 /// Test dependencies on higher layers, each with its reason.
-const ALLOWED_UP: [(&str, &str); 2] = [
+const ALLOWED_UP: [(&str, &str); 4] = [
     // Closed forms of motions are compared with integrated ones.
     ("linkwork-dynamics", "linkwork-solvers"),
+    // The operators are compared with the kernels on the random trees of these tests.
+    ("linkwork-dynamics", "linkwork-operators"),
+    // Kinds of services are tested with terrain, gravity and worlds.
+    ("linkwork-runtime", "linkwork-surroundings"),
     // The dependency is optional, and only for the features of third-party crates: the tested wheel uses
     // what was compiled before.
     ("linkwork-python-module", "linkwork-features"),
