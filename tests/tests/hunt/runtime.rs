@@ -50,14 +50,6 @@ const CASES: &[Case] = &[
         want: &[("correlation", 0.0, 0.03), ("a", 1.0, 0.03)],
     },
     Case {
-        report: "DiffEqBase.jl #634: a condition that is true only before another event of the same step",
-        text: r#"parts: { "T": (model: "basics.ramp"), "D": (model: "basics.ramp", params: { "start": 0.25, "slope": -1 }), "P": (model: "basics.product"), "S": (model: "basics.step", params: { "time": 0.25 }) },
-        wires: ["T.y -> P.a", "D.y -> P.b"], step: "1 s", until: "10 s", stop_when: "P.y > 0.01",
-        metrics: { "end": (of: "T.y") }"#,
-        // t (0.25 - t) = 0.01; at 0.25 s, where the step ends, and at 0.5 s the product is not positive.
-        want: &[("end", 0.05, 1e-9)],
-    },
-    Case {
         report: "gz-sim (samples), textbook: the value of a sampled part at an instant at which it is sampled, and at the end of a run there",
         text: r#"parts: { "T": (model: "basics.ramp"), "H": (model: "basics.hold", rate: "10 Hz") },
         wires: ["T.y -> H.u"], step: "0.1 s", until: "2 s", stop_when: "time >= 0.5 s",

@@ -343,20 +343,13 @@ impl Simulation {
     ) -> Result<Option<f64>, StepFailure<Stopped>> {
         let mut first: Option<(Crossing, usize)> = None;
         for k in 0..plan.guards.len() {
-            if let Some(found) = self.find(plan, h, k, (1.0, end[k]))?
+            if let Some(found) = self.find(plan, h, k, end[k])?
                 && found.theta < first.map_or(f64::INFINITY, |f| f.0.theta)
             {
                 first = Some((found, k));
             }
         }
-        let Some((mut found, mut k)) = first else { return Ok(None) };
-        // A guard that has the same side at both ends of the step may have another one at the crossing: then it has crossed zero before.
-        while found.theta * h > INSTANT {
-            match self.earlier_crossing(plan, h, (found.theta, k))? {
-                Some(earlier) => (found, k) = earlier,
-                None => break,
-            }
-        }
+        let Some((found, k)) = first else { return Ok(None) };
         let theta = found.theta;
         for (state, end) in self.state.guards.iter_mut().zip(end) {
             state.moved(*end, h, plan);
@@ -375,38 +368,6 @@ impl Simulation {
             }
         }
         self.by_steps(plan, h, k, found).map(Some)
-    }
-
-    /// Returns a crossing of another guard before guard k crosses at θ: its side at θ differs from its side at the start of the step. Later crossings of
-    /// the same step are found after the event.
-    fn earlier_crossing(
-        &mut self,
-        plan: &Plan,
-        h: f64,
-        (theta, k): (f64, usize),
-    ) -> Result<Option<(Crossing, usize)>, StepFailure<Stopped>> {
-        let mut evaluated = false;
-        for (other, guard) in plan.guards.iter().enumerate() {
-            let was = self.state.guards[other].side;
-            if other == k || was == 0 {
-                continue;
-            }
-            if !std::mem::replace(&mut evaluated, true) {
-                self.look_at(plan, h, theta)?;
-            }
-            let value = self.work.middle[other];
-            let to = side(value, guard.direction);
-            if to == was || way(guard.direction, to).is_none() {
-                continue;
-            }
-            let own = self.find(plan, h, other, (theta, value))?;
-            evaluated = false;
-            // A crossing at the same instant is due there as well.
-            if let Some(earlier) = own.filter(|found| (theta - found.theta) * h > INSTANT) {
-                return Ok(Some((earlier, other)));
-            }
-        }
-        Ok(None)
     }
 
     /// Locates a crossing of guard k that was found on the dense output again by steps that end there, because the stages of a step across the event
@@ -474,14 +435,14 @@ impl Simulation {
         }
     }
 
-    /// Finds the first position in the last step, up to `part` where the guard has the value `end`, at which guard k changes its side in its direction;
-    /// it may have changed back before.
+    /// Finds the first position in the last step at which guard k changes its side in its direction; it may have changed back before the end of the
+    /// step.
     fn find(
         &mut self,
         plan: &Plan,
         h: f64,
         k: usize,
-        (part, end): (f64, f64),
+        end: f64,
     ) -> Result<Option<Crossing>, StepFailure<Stopped>> {
         let GuardState { value: start, change, side: was, .. } = self.state.guards[k];
         let direction = plan.guards[k].direction;
@@ -497,10 +458,10 @@ impl Simulation {
             1 => Side::Above,
             _ => Side::Unknown,
         };
-        let search = Search { direction, h: part * h, tolerance: EXACT, samples: 1 };
-        let value = |theta: f64| self.look_at(plan, h, part * theta).map(|()| self.work.middle[k]);
+        let search = Search { direction, h, tolerance: EXACT, samples: 1 };
+        let value = |theta: f64| self.look_at(plan, h, theta).map(|()| self.work.middle[k]);
         match first_crossing(value, [start, end], was, &search) {
-            Ok(found) => Ok(found.crossing.map(|c| Crossing { theta: part * c.theta, ..c })),
+            Ok(found) => Ok(found.crossing),
             Err(SearchError::Guard(failure)) => Err(failure),
             Err(SearchError::NotANumber { .. }) => Err(StepFailure::System(self.nan(plan, k))),
         }
