@@ -193,7 +193,7 @@ fn models_attach_models_with_their_meshes() {
         r#"<mujoco model="outer"><asset><model name="in" file="deep/inner.xml"/></asset><worldbody>
 <body name="a" euler="90 0 0"><joint name="j"/><geom size=".1"/><attach model="in" body="x" prefix="q_"/></body></worldbody></mujoco>"#,
     );
-    // Without `name`, the model has the name in its file.
+    // A `<model>` without `name` takes the name that its file contains.
     let main = r#"<mujoco><asset><model file="sub/outer.xml"/></asset><worldbody><attach model="outer" body="a" prefix="p_"/></worldbody></mujoco>"#;
     write("main.xml", main);
     let options = ReadOptions { keyframe: Some("p_q_k".into()), ..ReadOptions::default() };

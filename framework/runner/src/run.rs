@@ -1,5 +1,5 @@
 //! The time loop, and what is due at a tick: calls, samples, checkpoints, the end.
-use crate::metrics::Metrics;
+use crate::metrics::{INSTANT, Metrics};
 use crate::pace::{Pace, Realtime, SystemClock, WallClock};
 use crate::saves::{Extra, Saves};
 use crate::stop::Stop;
@@ -130,8 +130,6 @@ pub fn recorder_entry(name: &str) -> String {
     format!("recorder.{name}")
 }
 
-/// A condition that becomes true within this time (s) before a row becomes true at the row.
-const INSTANT: f64 = 1e-9;
 /// Largest number of events at that instant.
 const EVENTS_MAX: u32 = 1000;
 

@@ -25,7 +25,7 @@ pub use start::{Anomaly, BodyStart, Start, StartFrame, TwoLineSource};
 pub use vertical::{Vertical, needs_level_ground};
 pub use world::{Geographic, PlainWorld, World};
 
-/// Items for libraries of models: those of the runtime, and the services.
+/// Names that authors of models import: the prelude of the runtime, and the services of this crate.
 pub mod prelude {
     pub use crate::{
         Air, Atmosphere, Axes, Geographic, Gravity, Ground, Light, Rock, Scenery, Site, Soil, Sun,

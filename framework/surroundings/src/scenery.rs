@@ -122,7 +122,7 @@ impl Param for Scenery {
         let all = Self::all(cx);
         let names: Vec<&str> = all.shapes.iter().map(|s| s.body.as_str()).collect();
         let nobody = |p: &&String| !names.iter().any(|n| pattern::path_matches(p, n));
-        // Without a specification the scenery is empty, and names cannot be checked.
+        // The scenery is empty if parameters are read without a simulation (for `describe`); names cannot be checked then.
         if let Some(stray) = patterns.iter().find(nobody).filter(|_| !names.is_empty()) {
             let fact = format!("`{}.{}`: no body with a shape is `{stray}`", cx.path, spec.name);
             let known: Vec<&str> = all.bodies.iter().map(String::as_str).chain([WORLD]).collect();

@@ -85,8 +85,8 @@ struct First {
     at_end: Option<(f64, f64)>,
 }
 
-/// A condition that becomes true within this time (s) before the end of an interval becomes true at the end.
-const INSTANT: f64 = 1e-9;
+/// A condition that becomes true within this time (s) before the end of an interval, or before a row, becomes true at the end or at the row.
+pub(crate) const INSTANT: f64 = 1e-9;
 
 /// The state of all metrics in a checkpoint, by the keys of their series.
 #[derive(Serialize, Deserialize)]

@@ -288,7 +288,7 @@ fn build_services(
     (faults, settings): (&mut Vec<Fault>, &mut Vec<Setting>),
 ) -> Services {
     let mut services = Services::with_host(spec.host.as_ref().and_then(|h| h.service()));
-    // The others may read it.
+    // A service of such a kind (the world) is built before the others, which may read it.
     let is_world = |e: &Entry| e.service_kind().is_some_and(ServiceKind::is_first);
     let worlds: Vec<_> = entries.iter().filter(|(_, e)| is_world(e)).collect();
     let stated = |part: &PartSpec| format!("{} {}", part.model, part.params.value);
