@@ -95,13 +95,14 @@ impl Balance {
                 parts[k].stored = parts[k].stored.max(stored);
                 any[k] = true;
             };
-        let (mut work, mut uncertain_work) = (0.0, 0.0);
+        let (mut work, mut work_through, mut uncertain_work) = (0.0, 0.0, 0.0);
         for (k, flow) in self.flows.iter().enumerate().filter(|(_, f)| f.quantity == quantity) {
             let (amount, carried) = (sums.sum[k], sums.through[k]);
             let shown = if flow.kind == Kind::Work { -amount } else { amount };
             *report.totals.entry(total(flow.kind, amount)).or_default() += shown;
             if flow.kind == Kind::Work {
                 work -= sums.held[k];
+                work_through += carried;
                 uncertain_work += sums.uncertainty[k];
             }
             put(flow.part, flow.name.clone(), amount, [carried, sums.uncertainty[k], 0.0]);
@@ -135,7 +136,7 @@ impl Balance {
         }
         for (k, part) in self.parts.iter().enumerate() {
             if part.own.receives_work && quantity == Quantity::Energy {
-                put(k, "work of parts".into(), work, [work.abs(), uncertain_work, 0.0]);
+                put(k, "work of parts".into(), work, [work_through, uncertain_work, 0.0]);
             }
         }
         for ((terms, mut part), any) in self.parts.iter().zip(parts).zip(any) {
