@@ -62,8 +62,11 @@ def gains(cart_weight, pole_weight, period):
     return K[0]
 
 
+models = {"demo.balance": Balance}
+
+
 def main(folder="."):
-    sim = linkwork.Simulation(HERE / "cart_pole.ron", models={"demo.balance": Balance})
+    sim = linkwork.Simulation(HERE / "cart_pole.ron", models=models)
     log = sim.log(["cart.displacement", "pole.angle", "Controller.force"], rate=100)
     sim.run()
     angle = np.degrees(log["pole.angle"])

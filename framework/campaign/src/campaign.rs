@@ -131,7 +131,7 @@ impl Campaign {
         campaign.sources = ready.loaded.sources.clone();
         campaign.file_seed = ready.plan().seed;
         campaign.watch_choices(library);
-        campaign.identity = campaign.identify(ready.plan().hash());
+        campaign.identity = campaign.identify(ready.plan().hash(), library);
         Ok(campaign)
     }
 
@@ -295,7 +295,7 @@ impl Campaign {
 
     /// Hashes the data that two campaigns must share if the runs of one can be used in the other. Limits of wall time, the content of the report, and
     /// requirements do not affect runs.
-    fn identify(&self, plan: u64) -> u64 {
+    fn identify(&self, plan: u64, library: &Library) -> u64 {
         let f = &self.form;
         let mut text = format!(
             "{FORM} {} {} {:?} {:?} {:?} {plan:016x} {}",
@@ -329,6 +329,7 @@ impl Campaign {
         let mut prints: Vec<u64> = self.contents.values().copied().collect();
         prints.sort_unstable();
         prints.iter().for_each(|print| text.push_str(&format!("\n{print:016x}")));
+        library.catalogue.iter().for_each(|entry| text.push_str(&entry.source()));
         noise::hash(text.bytes())
     }
 

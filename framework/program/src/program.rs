@@ -12,6 +12,7 @@ use clap::error::{ContextKind, ContextValue};
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 use linkwork_runner::Library;
 use linkwork_runtime::{Catalogue, remedy};
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::OnceLock;
@@ -66,23 +67,28 @@ pub(crate) fn program() -> &'static Program {
 impl Program {
     /// Reads the arguments of the process and does what they say. To be called once, at the start.
     pub fn main(self) -> ExitCode {
+        ExitCode::from(self.execute(std::env::args_os().collect()))
+    }
+
+    /// Like [`Program::main`], with these arguments: the name of the program, then what the user typed. Returns the exit code.
+    pub fn execute(self, arguments: Vec<OsString>) -> u8 {
         if PROGRAM.set(self).is_err() {
             tell!(
-                "error: `Program::main` was called twice\n  help: call it once, at the beginning of `main`"
+                "error: the program was started twice in one process\n  help: call `main` or `execute` once"
             );
-            return ExitCode::from(exit::FAILED);
+            return exit::FAILED;
         }
         survive_size_limits();
         // Names are used in logs, summaries and messages, which are text.
-        let unreadable = std::env::args_os().skip(1).find(|arg| arg.to_str().is_none());
+        let unreadable = arguments.iter().skip(1).find(|arg| arg.to_str().is_none());
         if let Some(arg) = unreadable {
             tell!(
                 "error: the argument `{}` is not UTF-8\n  help: give the file or folder a name in UTF-8",
                 arg.to_string_lossy()
             );
-            return ExitCode::from(voice::exit_code(exit::INPUT));
+            return voice::exit_code(exit::INPUT);
         }
-        let done = command().try_get_matches().and_then(|matches| {
+        let done = command().try_get_matches_from(&arguments).and_then(|matches| {
             let (called, own) = matches.subcommand().unzip();
             let tool = self.tools.iter().find(|t| called == Some((t.command)().get_name()));
             match (tool, own) {
@@ -91,26 +97,26 @@ impl Program {
             }
         });
         match done {
-            Ok(code) => ExitCode::from(voice::exit_code(code)),
+            Ok(code) => voice::exit_code(code),
             // The user requested help or the version, or an argument is invalid.
             Err(e) => {
                 let code = u8::try_from(e.exit_code()).unwrap_or(exit::INPUT);
                 if let Some(ContextValue::String(word)) = e.get(ContextKind::InvalidSubcommand) {
-                    tell!("error: {}", no_command(word));
-                    return ExitCode::from(voice::exit_code(code));
+                    tell!("error: {}", no_command(word, &arguments));
+                    return voice::exit_code(code);
                 }
                 let lost = e.print().is_err() && code == exit::OK;
-                ExitCode::from(if lost { exit::FAILED } else { voice::exit_code(code) })
+                if lost { exit::FAILED } else { voice::exit_code(code) }
             }
         }
     }
 }
 
 /// Returns the message for an unknown command, with the available commands of its level.
-fn no_command(word: &str) -> String {
+fn no_command(word: &str, arguments: &[OsString]) -> String {
     let mut level = command();
-    for arg in std::env::args_os().skip(1).take_while(|arg| arg != word) {
-        if let Some(next) = level.find_subcommand(&arg) {
+    for arg in arguments.iter().skip(1).take_while(|arg| *arg != word) {
+        if let Some(next) = level.find_subcommand(arg) {
             level = next.clone();
         }
     }

@@ -1,7 +1,8 @@
 //! `Campaign`: many runs of one simulation with randomly drawn values, with the functions behind `linkwork campaign`.
 use crate::core::lock;
 use crate::error::{refuse, refuse_with};
-use crate::package;
+use crate::files::library_with;
+use crate::parts;
 use crate::patience::patiently;
 use crate::rules::recording;
 use crate::running::RECORDING;
@@ -29,6 +30,8 @@ pub use results::{Outcome, Results};
 /// path : str or path-like
 ///     A RON file that begins with `Campaign(`. Its simulation is loaded once with the median of every distribution; warnings about it are
 ///     emitted as Python warnings.
+/// models : dict, optional
+///     {name: class}: models that are Python classes; see `Simulation`. Their source text is part of `identity`.
 ///
 /// Raises
 /// ------
@@ -50,6 +53,7 @@ pub struct Campaign {
     campaign: campaign::Campaign,
     library: Library,
     path: PathBuf,
+    models: Option<Py<PyDict>>,
 }
 
 impl Campaign {
@@ -80,8 +84,9 @@ impl Campaign {
     }
 
     /// Writes the tables and the report of the runs that have ended.
-    fn written(&self, folder: &Folder, threads: usize) -> PyResult<Results> {
-        let (results, files) = folder.write(&self.campaign, threads);
+    fn written(&self, py: Python<'_>, folder: &Folder, threads: usize) -> PyResult<Results> {
+        // Parts in Python run in other threads, which need the interpreter's lock.
+        let (results, files) = py.detach(|| folder.write(&self.campaign, threads));
         let files = files.map_err(|e| {
             refuse_with(
                 e,
@@ -105,8 +110,9 @@ fn tell(py: Python<'_>, progress: Option<&Py<PyAny>>, p: &campaign::Progress) ->
 #[pymethods]
 impl Campaign {
     #[new]
-    fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        let library = package::library();
+    #[pyo3(signature = (path, *, models=None))]
+    fn new(py: Python<'_>, path: PathBuf, models: Option<Bound<'_, PyDict>>) -> PyResult<Self> {
+        let library = library_with(parts::entries(models.as_ref())?).map_err(refuse)?;
         let campaign = py.detach(|| campaign::Campaign::read(&path, &library)).map_err(refuse)?;
         let (warnings, sources) = campaign.warnings();
         let category = py.get_type::<PyUserWarning>();
@@ -115,7 +121,20 @@ impl Campaign {
             let text = std::ffi::CString::new(text.replace('\0', " "))?;
             PyErr::warn(py, &category, &text, 1)?;
         }
-        Ok(Self { campaign, library, path })
+        let models = models.map(|models| models.copy().map(Bound::unbind)).transpose()?;
+        Ok(Self { campaign, library, path, models })
+    }
+
+    /// The models that are Python classes, as passed.
+    ///
+    /// Examples
+    /// --------
+    /// >>> campaign.models is None
+    /// True
+    #[getter]
+    fn models(&self, py: Python<'_>) -> PyResult<Option<Py<PyDict>>> {
+        let copy = |models: &Py<PyDict>| models.bind(py).copy().map(Bound::unbind);
+        self.models.as_ref().map(copy).transpose()
     }
 
     /// The path of the file, as passed.
@@ -400,7 +419,7 @@ impl Campaign {
             |p| tell(py, progress.as_ref(), &p),
         );
         // The results of the finished runs are written even if the campaign cannot continue.
-        let written = self.written(&folder, threads);
+        let written = self.written(py, &folder, threads);
         ended.or_raise()?.map_err(refuse)?;
         written
     }
@@ -491,6 +510,6 @@ impl Gathering {
         let taken = lock(&self.folder).take();
         let mut folder = taken.ok_or_else(|| refuse("the folder is closed"))?;
         folder.journal.sync().map_err(refuse)?;
-        self.campaign.bind(py).get().written(&folder, cores())
+        self.campaign.bind(py).get().written(py, &folder, cores())
     }
 }

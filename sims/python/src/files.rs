@@ -20,7 +20,7 @@ pub fn library() -> Library {
 }
 
 /// Returns the library with additional models.
-fn library_with(more: Vec<Entry>) -> Result<Library, String> {
+pub fn library_with(more: Vec<Entry>) -> Result<Library, String> {
     let mut library = package::library();
     for entry in more {
         library.catalogue.add(entry).map_err(|name| {

@@ -20,7 +20,8 @@
 //! | `operators` | `Operators`, `Operator`: symbolic expressions |
 //! | `simulate` | `Mechanism.simulate`: time integration of one mechanism |
 //! | `files`, `formats` | reading files with all component libraries; further content of a file; export to URDF and RON |
-//! | `parts` | parts of a simulation that are Python classes |
+//! | `parts` | parts of a simulation that are Python classes: sampled and continuous |
+//! | `command_line` | `python -m linkwork` |
 //! | `simulation`, `running`, `log`, `values` | `Simulation` and its logs |
 //! | `scene` | the shapes of bodies, for `show` in Rerun |
 //! | `show` | text and HTML representations of `Mechanism` and `Simulation` |
@@ -41,6 +42,7 @@ mod builder;
 mod calibration;
 mod campaign;
 mod collisions;
+mod command_line;
 mod constraints;
 mod contact;
 mod copies;

@@ -78,6 +78,7 @@ pub fn fill(module: &Bound<'_, PyModule>, library: fn() -> Library, version: &st
     classes!(Calibration, Identifiable, InverseKinematicsSearch, Trajectory, WholeBodyForces);
     classes!(Mechanism, Subgraph, Operator, Operators, Simulation, State, Variable);
     module.add("LinkworkError", module.py().get_type::<LinkworkError>())?;
+    module.add_function(wrap_pyfunction!(crate::command_line::_main, module)?)?;
     module.add_function(wrap_pyfunction!(crate::copies::_restore, module)?)?;
     module.add_function(wrap_pyfunction!(crate::log::read_log, module)?)?;
     module.add_function(wrap_pyfunction!(crate::robot::support_polygon, module)?)?;

@@ -44,11 +44,15 @@ mod variables;
 /// Notes
 /// -----
 /// A model class has `inputs` and `outputs`: {name: unit} or {name: (unit, length)}. A port that binds to the mechanism has a kind in place of
-/// the unit: "hinge state", "node state", "hinge torque", "wrench", ...
+/// the unit: "hinge state", "node state", "hinge torque", "wrench", "added mass", ... The part's `params` in the file are the arguments of the
+/// constructor.
 ///
-/// `step(self, t, u)` is called at the rate of the part, with the time t in s and u = {input: value}, and returns {output: value}. The part's
-/// `params` in the file are the arguments of the constructor. `save(self)` and `load(self, saved)`, or `stateless = True`, make checkpoints and
-/// forks possible.
+/// Sampled: `step(self, t, u)` is called at the rate of the part, with the time t in s and u = {input: value}, and returns {output: value}.
+/// `save(self)` and `load(self, saved)`, or `stateless = True`, make checkpoints and forks possible.
+///
+/// Continuous: `states` = {name: unit}, with the values at the start in `start`. `derivatives(self, t, x, u)` returns {state: rate}, and
+/// `evaluate(self, t, x, u)` returns {output: value}; with `direct_feedthrough = False` it is `evaluate(self, t, x)`. The integrator calls both,
+/// so they must not keep anything in `self`.
 ///
 /// Examples
 /// --------

@@ -135,7 +135,7 @@ def test_exceptions_stop_the_run_with_path_time_and_cause(tmp_path):
     ("answer", "message"),
     [
         (None, "did not return a dict"),
-        ({"y": 1.0}, "did not return the output `torque`"),
+        ({"y": 1.0}, "did not return `torque` of `outputs`"),
         ({"y": "1", "torque": 0, "pair": [0, 0]}, "`y` is a string"),
         ({"y": float("nan"), "torque": 0, "pair": [0, 0]}, "`y` is NaN"),
         ({"y": 0, "torque": 0, "pair": [0, 0, 0]}, "`pair` has 3 numbers, not 2"),
@@ -161,7 +161,7 @@ def test_wrong_answers_are_told(tmp_path, answer, message):
         ({"inputs": {"u": 3}}, "have `u: 3`"),
         ({"inputs": ["u"]}, "not a dict"),
         ({"inputs": {"y": "1"}}, "both an input and an output"),
-        ({"inputs": {"a b": "1"}}, "not a valid port name"),
+        ({"inputs": {"a b": "1"}}, "not a valid name in `inputs`"),
         ({"outputs": {"y": "hinge state"}}, "only possible in `inputs`"),
         ({"load": property()}, "only `save`"),
         ({"__init__": lambda self: None}, "cannot be called"),

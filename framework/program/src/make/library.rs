@@ -29,8 +29,16 @@ const TEXTS: [(&str, &str); 14] = [
 const COPIED: [&str; 4] = ["Cargo.lock", ".cargo/config.toml", ".gitignore", ".rustfmt.toml"];
 
 /// Files of the Python package that are copied from Linkwork.
-const PYTHON: [&str; 7] =
-    ["__init__.py", "_choose.py", "_linkwork.pyi", "_show.py", "live.py", "py.typed", "ray.py"];
+const PYTHON: [&str; 8] = [
+    "__init__.py",
+    "__main__.py",
+    "_choose.py",
+    "_linkwork.pyi",
+    "_show.py",
+    "live.py",
+    "py.typed",
+    "ray.py",
+];
 
 /// Creates a library and returns its files.
 pub fn library(folder: &Path, linkwork: Option<&Path>) -> Result<Vec<PathBuf>, Refusal> {

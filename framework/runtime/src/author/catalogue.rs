@@ -38,6 +38,10 @@ pub trait Making: Send + Sync {
     fn describe(&self, params: &Located) -> Option<Description>;
     /// Creates the part; `None` with faults in `cx`.
     fn make(&self, params: &Located, cx: &mut ReadCx<'_>) -> Option<Box<dyn Prototype>>;
+    /// Returns the text of the model's code if this can change while the program stays the same. Runs of one campaign need the same code.
+    fn source(&self) -> String {
+        String::new()
+    }
 }
 
 #[derive(Clone)]
@@ -168,6 +172,14 @@ impl Entry {
     /// Creates the entry of parts from a factory; `description` applies before parameters are known.
     pub fn given(description: Description, making: Arc<dyn Making>) -> Entry {
         Entry { description: Arc::new(description), maker: Maker::Given(making), of: None }
+    }
+
+    /// Returns the text of the model's code ([`Making::source`]); empty for models of the program.
+    pub fn source(&self) -> String {
+        match &self.maker {
+            Maker::Given(making) => making.source(),
+            _ => String::new(),
+        }
     }
 
     /// Returns the description of the instance with these parameters. The ports of a sized model, or of one that a file describes, are known only if
@@ -305,8 +317,8 @@ impl Catalogue {
                     "`{user}`: there is no model `{name}`: this program has no library `{own}`"
                 );
                 let help = format!(
-                    "run the file with the program that has that library (`linkwork new library` makes one), or in \
-                     Python with its package or with `models`; {}",
+                    "run the file with the program that has that library (`linkwork new library` makes one); if the model is a Python \
+                     class, with `python -m linkwork --models FILE.py` or `linkwork.Simulation(.., models=..)`; {}",
                     remedy(&own, "libraries here", &all)
                 );
                 return Fault::new(origin, fact).help(help);

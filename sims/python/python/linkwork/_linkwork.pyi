@@ -50,6 +50,7 @@ __all__ = [
     "__cpu__",
     "__version__",
     "_levels",
+    "_main",
     "_restore",
     "load",
     "read_log",
@@ -65,6 +66,7 @@ _Wrenches = dict[str, Any]
 __cpu__: str
 __version__: str
 
+def _main(arguments: list[str], models: dict[str, type]) -> int: ...
 def _levels() -> list[str]: ...
 def _restore(bytes: bytes) -> Mechanism: ...
 
@@ -1390,7 +1392,9 @@ class Series:
 
 @final
 class Campaign:
-    def __new__(cls, path: _Path) -> Campaign: ...
+    def __new__(cls, path: _Path, *, models: Mapping[str, type] | None = None) -> Campaign: ...
+    @property
+    def models(self) -> dict[str, type] | None: ...
     @property
     def path(self) -> Path: ...
     @property

@@ -45,20 +45,21 @@ _LOOK = 0.5
 
 _Left = dict[str, bytes]
 _Made = tuple[list[str], _Left]
+_Models = dict[str, type] | None
 
 #: In a worker: the campaign that it read last.
 _read: dict[tuple[str, str, str], Campaign] = {}
 
 
-def _campaign(folder: str, path: str, identity: str) -> Campaign:
+def _campaign(folder: str, path: str, identity: str, models: _Models) -> Campaign:
     """Return the campaign as read on this node. Raises if it differs from that of the caller."""
     key = (folder, path, identity)
     if key not in _read:
-        campaign = Campaign(path)
+        campaign = Campaign(path, models=models)
         if campaign.identity != identity:
             node = ray.util.get_node_ip_address()  # type: ignore[no-untyped-call]
             raise LinkworkError(
-                f"`{path}` differs on node {node}: its files or the version of "
+                f"`{path}` differs on node {node}: its files, its `models` or the version of "
                 "linkwork are different\n  help: give every node the same files and the same package"
             )
         _read.clear()
@@ -66,7 +67,7 @@ def _campaign(folder: str, path: str, identity: str) -> Campaign:
     return _read[key]
 
 
-def _make(folder: str, path: str, identity: str, runs: list[int]) -> _Made:
+def _make(folder: str, path: str, identity: str, models: _Models, runs: list[int]) -> _Made:
     """Make runs in a worker. Returns one line per run, and the files that the runs wrote, by name."""
     before = os.getcwd()
     try:
@@ -77,7 +78,7 @@ def _make(folder: str, path: str, identity: str, runs: list[int]) -> _Made:
         ) from e
     try:
         with tempfile.TemporaryDirectory(prefix="linkwork-") as left:
-            lines = _campaign(folder, path, identity)._make(runs, left)
+            lines = _campaign(folder, path, identity, models)._make(runs, left)
             files = [file for file in Path(left).rglob("*") if file.is_file()]
             return lines, {str(file.relative_to(left)): file.read_bytes() for file in files}
     finally:
@@ -137,7 +138,7 @@ def execute(
     Parameters
     ----------
     campaign : Campaign
-        The campaign.
+        The campaign. Its `models` must be classes of modules that every node can import.
     folder : str or path-like
         The folder for the results.
     chunk : int, optional
@@ -192,12 +193,18 @@ def execute(
         raise LinkworkError(
             f"`cpus` is {cpus}, but the largest node has {largest:g}\n  help: use a smaller number, or add a larger node first"
         )
+    local = [name for name, model in (campaign.models or {}).items() if model.__module__ == "__main__"]
+    if local:
+        raise LinkworkError(
+            f"the class of `{local[0]}` in `models` is part of the main program, which nodes do not import\n  help: "
+            "move the class to a module that every node can import"
+        )
     gathering = campaign._gather(folder)
     begin = time.monotonic()
     _, failed = gathering.counts()
     path = gathering.path
     task: Any = ray.remote(num_cpus=cpus, max_retries=retries)(_make)
-    same = (os.getcwd(), str(campaign.path), campaign.identity)
+    same = (os.getcwd(), str(campaign.path), campaign.identity, campaign.models)
     todo = gathering.todo()
     before = done = campaign.runs - len(todo)
     chunks = _Chunks(todo, chunk)
