@@ -128,7 +128,13 @@ fn wrong_kinds_of_values() {
     refused(
         "Rover(a: 1)",
         &[
-            "`sim.ron` holds `Rover(..)`\n  --> sim.ron:1:1\n  help: begin the file with `Simulation(`",
+            "`sim.ron` contains `Rover(..)`, which is not a simulation\n  --> sim.ron:1:1\n  help: begin the file with `Simulation(`",
+        ],
+    );
+    refused(
+        "Campaign(runs: 3)",
+        &[
+            "`sim.ron` contains `Campaign(..)`, which is not a simulation\n  --> sim.ron:1:1\n  help: run a campaign with the command `campaign`",
         ],
     );
     refused(

@@ -45,6 +45,6 @@ pub use journal::{Journal, JournalError};
 pub use one::{Begun, MakeError, Means, Under, Watched, end, one};
 pub use outcome::{Cause, Outcome};
 pub use report::page;
-pub use results::{Column, Missed, Results, Table, few};
+pub use results::{Column, Footprint, Missed, PROBABILITY, Results, Table, few};
 pub use sampling::Sampling;
 pub use statistics::{Ellipse, Summary, rank_correlation};

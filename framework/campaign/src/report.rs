@@ -15,9 +15,9 @@ h1{font-size:1.5rem}h2{font-size:1.15rem;margin-top:2rem;border-bottom:1px solid
 table{border-collapse:collapse;font-variant-numeric:tabular-nums;display:block;overflow-x:auto}
 td,th{padding:.2rem .6rem;text-align:right;border-bottom:1px solid #e4e9ef;white-space:nowrap}
 td:first-child,th:first-child{text-align:left}td.text{text-align:left;white-space:normal}
-.plots{display:flex;flex-wrap:wrap;gap:1rem}.plots svg{width:460px;max-width:100%}
+.plots{display:flex;flex-wrap:wrap;gap:1rem}.plots svg{width:clamp(380px,calc((100% - 2rem)/3),460px);max-width:100%}
 svg text{font:11px system-ui,sans-serif;fill:#3a4754}svg .title{font-size:13px;font-weight:600}svg .label{font-size:12px}
-.grid{stroke:#e4e9ef;fill:none}.frame{stroke:#8593a3;fill:none}.bar{fill:#4c7fb0}.dot{fill:#4c7fb0;fill-opacity:.45}
+.grid{stroke:#e4e9ef;fill:none}.frame{stroke:#8593a3;fill:none}.bar{fill:#4c7fb0}.dot{fill:#1f4f7d;fill-opacity:.5}
 svg .wide{fill:#4c7fb0;fill-opacity:.18}svg .close{fill:#4c7fb0;fill-opacity:.4}.middle{stroke:#1f4f7d;stroke-width:1.5;fill:none}.limit{stroke:#8593a3;stroke-dasharray:2 3;fill:none}.mark{stroke:#c2553a;stroke-dasharray:3 3;fill:none}.ring{stroke:#c2553a;fill:none;stroke-width:1.3}code{background:#f2f5f8;padding:0 .25em}";
 
 /// Writes the report.
@@ -183,7 +183,7 @@ fn metrics(out: &mut String, results: &Results) {
     }
 }
 
-/// Draws the scatter plots of the campaign (default: of the first two metrics).
+/// Draws the scatter plots, with a table of their ellipses.
 fn together(out: &mut String, campaign: &Campaign, results: &Results) {
     let form = campaign.form();
     // Returns the values, the title, and whether it is a metric.
@@ -199,16 +199,11 @@ fn together(out: &mut String, campaign: &Campaign, results: &Results) {
             None => drawn().map(|(title, x)| (title.clone(), x, false)),
         }
     };
-    let mut pairs: Vec<[&str; 2]> =
-        form.scatter.iter().map(|(a, b, _)| [a, b].map(String::as_str)).collect();
-    if let ([], [a, b, ..]) = (&pairs[..], &results.metrics[..]) {
-        pairs.push([&a.0, &b.0]);
-    }
-    if pairs.is_empty() {
+    if results.scatter.is_empty() {
         return;
     }
-    out.push_str("<h2>Scatter plots</h2>\n<p>Ellipses of one, two and three standard deviations if both are metrics.</p>\n<div class=\"plots\">");
-    for [a, b] in pairs {
+    out.push_str("<h2>Scatter plots</h2>\n<p>Ellipses of one, two and three standard deviations if both are metrics. They contain 39.3 %, 86.5 % and 98.9 % of a normal distribution.</p>\n<div class=\"plots\">");
+    for [a, b] in &results.scatter {
         let (Some((xs, x, first)), Some((ys, y, second))) = (values(a), values(b)) else {
             continue;
         };
@@ -216,6 +211,38 @@ fn together(out: &mut String, campaign: &Campaign, results: &Results) {
         out.push_str(&scatter(&format!("{b} against {a}"), (&xs, &ys), x, y, ellipse));
     }
     out.push_str("</div>\n");
+    ellipses(out, results);
+}
+
+/// Writes a table of the ellipses.
+fn ellipses(out: &mut String, results: &Results) {
+    if results.ellipses.is_empty() {
+        return;
+    }
+    out.push_str(
+        "<h2>Ellipses</h2>\n<table><tr><th>ellipse of</th><th>centre</th><th>half axes, 1σ</th><th>half axes, 99 %</th>\
+         <th>angle of the long axis</th><th>runs in 99 %</th></tr>",
+    );
+    for f in &results.ellipses {
+        let [(a, u, _), (b, ..)] = f.of.map(|k| &results.metrics[k]);
+        let (e, (inside, n)) = (f.ellipse, f.within);
+        let both = |x: f64, y: f64| format!("{} × {} {}", short(x), short(y), escaped(u));
+        let _ = write!(
+            out,
+            "<tr><td>{}, {}</td><td>{}, {}</td><td>{}</td><td>{}</td><td>{}°</td><td>{inside} of {n}</td></tr>",
+            escaped(&titled(a, u)),
+            escaped(&titled(b, u)),
+            short(e.centre.0),
+            short(e.centre.1),
+            both(e.axes.0, e.axes.1),
+            both(f.half_axes().0, f.half_axes().1),
+            short(e.angle.to_degrees())
+        );
+    }
+    out.push_str(
+        "</table>\n<p>The ellipse of 99 % is the one that contains this share of a normal distribution with the covariance of the runs. If the last column \
+         differs much from 99 %, the distribution is not normal. The angle is from the first metric to the second.</p>\n",
+    );
 }
 
 /// Draws the retained variables over time.

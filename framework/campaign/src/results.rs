@@ -5,6 +5,7 @@
 //! | `results` | run | run, ended, why, missed (where something is required), time \[s\], seed, state, drawn values (`draw:NAME [UNIT]`), when each phase began last (`phase:NAME [s]`, NaN if it never did), metrics (`NAME [UNIT]`) |
 //! | `statistics` | metric | metric, unit, n, mean, deviation, error, min, p1 … p99, max |
 //! | `sensitivity` | metric and drawn number | metric, value, rank correlation |
+//! | `ellipses` | scatter plot of two metrics of one unit | x, y, unit, n, centre, half axes of the ellipses of one deviation and of 99 %, angle, number of runs in the latter |
 //! | `requirements` | requirement | cause, metric, unit, least, most, runs that missed, share of all, runs that missed it alone |
 //! | `bands` | retained variable and instant | variable, unit, time \[s\], n, min, p5 … p95, max |
 //!
@@ -14,7 +15,7 @@ use crate::histories::{Band, bands, table};
 use crate::journal::Journal;
 use crate::outcome::{Cause, Outcome};
 use crate::sampling::Sampling;
-use crate::statistics::{Summary, rank_correlation, share};
+use crate::statistics::{Ellipse, Summary, rank_correlation, share};
 use linkwork_record::{Cells, Durable, ParquetFile, replace, titled};
 use linkwork_runtime::Value;
 use std::borrow::Cow;
@@ -85,6 +86,28 @@ pub struct Missed {
     pub alone: usize,
 }
 
+/// The ellipse of two metrics.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Footprint {
+    /// Positions of the two metrics in [`Results::metrics`].
+    pub of: [usize; 2],
+    /// The ellipse of one deviation, in the units of the metrics.
+    pub ellipse: Ellipse,
+    /// Number of runs within the ellipse of [`PROBABILITY`], and number of runs with both metrics.
+    pub within: (usize, usize),
+}
+
+impl Footprint {
+    /// Returns the half axes of the ellipse of [`PROBABILITY`], the longer first, in the unit of the metrics.
+    pub fn half_axes(&self) -> (f64, f64) {
+        let k = Ellipse::deviations(PROBABILITY);
+        (k * self.ellipse.axes.0, k * self.ellipse.axes.1)
+    }
+}
+
+/// The probability of the ellipse whose half axes are reported.
+pub const PROBABILITY: f64 = 0.99;
+
 /// The results of a campaign.
 pub struct Results {
     /// A row per run that has ended.
@@ -97,6 +120,10 @@ pub struct Results {
     pub summaries: Vec<Summary>,
     /// Rank correlations of each metric with each drawn number.
     pub sensitivity: Vec<Vec<f64>>,
+    /// The scatter plots of the campaign: names of two metrics or sampled parameters.
+    pub scatter: Vec<[String; 2]>,
+    /// Ellipses of the scatter plots of two metrics of one unit.
+    pub ellipses: Vec<Footprint>,
     /// Distributions of the retained variables over the orderly runs.
     pub bands: Vec<Band>,
     /// Number of runs in the bands, and number of orderly runs.
@@ -187,6 +214,12 @@ impl Results {
             .iter()
             .map(|(_, _, y)| drawn.iter().map(|(_, x)| rank_correlation(x, y)).collect())
             .collect();
+        let mut scatter: Vec<[String; 2]> =
+            campaign.form().scatter.iter().map(|(a, b, _)| [a.clone(), b.clone()]).collect();
+        if let ([], [a, b, ..]) = (&scatter[..], &metrics[..]) {
+            scatter.push([a.0.clone(), b.0.clone()]);
+        }
+        let ellipses = scatter.iter().filter_map(|names| footprint(&metrics, names)).collect();
         let (failures, causes) = counted(&outcomes);
         let (missed, of_runs) = judged(campaign.aims(), &outcomes);
         let kept = orderly.iter().filter(|k| of_runs[**k].is_empty()).count();
@@ -203,6 +236,8 @@ impl Results {
             metrics,
             summaries,
             sensitivity,
+            scatter,
+            ellipses,
             bands: Vec::new(),
             bands_of: (0, 0),
             missed,
@@ -272,6 +307,39 @@ impl Results {
         Table { columns }
     }
 
+    /// Returns a table with a row per ellipse.
+    pub fn footprints(&self) -> Table {
+        let text = |of: &dyn Fn(&Footprint) -> String| {
+            Column::Text(self.ellipses.iter().map(of).collect())
+        };
+        let number =
+            |of: &dyn Fn(&Footprint) -> f64| Column::Number(self.ellipses.iter().map(of).collect());
+        let columns = vec![
+            ("x".to_string(), text(&|f| self.metrics[f.of[0]].0.clone())),
+            ("y".to_string(), text(&|f| self.metrics[f.of[1]].0.clone())),
+            ("unit".to_string(), text(&|f| self.metrics[f.of[0]].1.clone())),
+            (
+                "n".to_string(),
+                Column::Whole(self.ellipses.iter().map(|f| f.within.1 as u64).collect()),
+            ),
+            ("centre x".to_string(), number(&|f| f.ellipse.centre.0)),
+            ("centre y".to_string(), number(&|f| f.ellipse.centre.1)),
+            ("long half axis (1 sigma)".to_string(), number(&|f| f.ellipse.axes.0)),
+            ("short half axis (1 sigma)".to_string(), number(&|f| f.ellipse.axes.1)),
+            ("long half axis (99 %)".to_string(), number(&|f| f.half_axes().0)),
+            ("short half axis (99 %)".to_string(), number(&|f| f.half_axes().1)),
+            (
+                "angle of the long axis from x to y [deg]".to_string(),
+                number(&|f| f.ellipse.angle.to_degrees()),
+            ),
+            (
+                "runs within 99 %".to_string(),
+                Column::Whole(self.ellipses.iter().map(|f| f.within.0 as u64).collect()),
+            ),
+        ];
+        Table { columns }
+    }
+
     /// Returns the fraction of all runs so far that ended normally and satisfied all requirements, and its 95 % confidence interval (Wilson) if the
     /// runs are independent.
     pub fn success(&self) -> (f64, Option<[f64; 2]>) {
@@ -325,7 +393,7 @@ impl Results {
         Table { columns }
     }
 
-    /// Writes `results`, `statistics`, `sensitivity` and, if there are any, `requirements` and `bands` as CSV and Parquet into a folder; returns the
+    /// Writes `results`, `statistics`, `sensitivity` and, if there are any, `ellipses`, `requirements` and `bands` as CSV and Parquet into a folder; returns the
     /// files.
     ///
     /// # Errors
@@ -336,6 +404,9 @@ impl Results {
             ("statistics", Cow::Owned(self.statistics())),
             ("sensitivity", Cow::Owned(self.sensitivities())),
         ];
+        if !self.ellipses.is_empty() {
+            tables.push(("ellipses", Cow::Owned(self.footprints())));
+        }
         if !self.missed.is_empty() {
             tables.push(("requirements", Cow::Owned(self.requirements())));
         }
@@ -343,8 +414,9 @@ impl Results {
             tables.push(("bands", Cow::Owned(table(&self.bands))));
         }
         // Remove tables of earlier results that do not exist any more.
-        for name in
-            ["requirements", "bands"].into_iter().filter(|n| tables.iter().all(|t| t.0 != *n))
+        for name in ["ellipses", "requirements", "bands"]
+            .into_iter()
+            .filter(|n| tables.iter().all(|t| t.0 != *n))
         {
             for end in ["csv", "parquet"] {
                 let path = folder.join(format!("{name}.{end}"));
@@ -366,6 +438,19 @@ impl Results {
         }
         Ok(files)
     }
+}
+
+/// Returns the ellipse of two metrics; `None` if a name is not a metric, there are fewer than three runs, or the metrics have different units, because
+/// the axes of an ellipse then depend on the choice of units.
+fn footprint(metrics: &[(String, String, Vec<f64>)], names: &[String; 2]) -> Option<Footprint> {
+    let at = |name: &String| metrics.iter().position(|m| m.0 == *name);
+    let of = [at(&names[0])?, at(&names[1])?];
+    let [(_, u, x), (_, v, y)] = of.map(|k| &metrics[k]);
+    if u != v {
+        return None;
+    }
+    let ellipse = Ellipse::of(x, y)?;
+    Some(Footprint { of, ellipse, within: ellipse.within(Ellipse::deviations(PROBABILITY), x, y) })
 }
 
 /// Titles of the percentiles in [`crate::statistics::PERCENTILES`].

@@ -6,6 +6,7 @@
 //! rank correlation (Spearman): the correlation of the ranks; ties have the mean of their ranks
 //! fraction   p = k/n, and Wilson's interval (1927): (p + z²/2n ± z √(p (1 − p)/n + z²/4n²))/(1 + z²/n), z = 1.959964 for 95 %
 //! ellipse    of k deviations: centre m, half axes k √λ along the eigenvectors of the covariance
+//!            a normal distribution has the probability 1 − exp(−k²/2) in it: k = √(−2 ln(1 − P)), 3.035 for P = 99 %
 //! ```
 //! The error of the mean and Wilson's interval assume independent runs. The runs of a Latin hypercube or a Sobol sequence depend on
 //! each other, and their means usually have much smaller errors than s/√n. One campaign does not show how much smaller: that takes
@@ -135,6 +136,25 @@ impl Ellipse {
         Some(Ellipse { centre: (mean(&x), mean(&y)), axes, angle: 0.5 * (2.0 * b).atan2(a - c) })
     }
 
+    /// Returns the number of deviations of the ellipse that contains a normal distribution with the probability `p`.
+    pub fn deviations(p: f64) -> f64 {
+        (-2.0 * (-p).ln_1p()).sqrt()
+    }
+
+    /// Returns the number of pairs within the `k`-sigma ellipse, and the number of pairs without NaN.
+    pub fn within(&self, k: f64, x: &[f64], y: &[f64]) -> (usize, usize) {
+        let (x, y) = pairs(x, y);
+        let (sin, cos) = self.angle.sin_cos();
+        let inside = x.iter().zip(&y).filter(|(x, y)| {
+            let (dx, dy) = (*x - self.centre.0, *y - self.centre.1);
+            let (u, v) = (dx * cos + dy * sin, dy * cos - dx * sin);
+            // A degenerate ellipse is a line: points on it have v = 0 to round-off.
+            let share = |d: f64, axis: f64| if axis > 0.0 { d / axis } else { 0.0 };
+            share(u, self.axes.0).hypot(share(v, self.axes.1)) <= k
+        });
+        (inside.count(), x.len())
+    }
+
     /// Returns the point of the `k`-sigma ellipse at the parameter `s` (rad).
     pub fn point(&self, k: f64, s: f64) -> (f64, f64) {
         let (u, v) = (k * self.axes.0 * s.cos(), k * self.axes.1 * s.sin());
@@ -202,5 +222,21 @@ mod tests {
         near(e.centre.0, 3.0, 1e-12);
         near(e.centre.1, -2.0, 1e-12);
         assert!(Ellipse::of(&[1.0, 2.0], &[1.0, 2.0]).is_none());
+    }
+
+    /// The squared deviations agree with the χ² distribution with two degrees of freedom, computed by `scipy.stats.chi2(2).ppf(p)`.
+    #[test]
+    fn ellipses_contain_their_probability() {
+        for (p, k2) in [(0.5, 1.386_294_361_119_891), (0.99, 9.210_340_371_976_18)] {
+            near(Ellipse::deviations(p).powi(2), k2, 1e-12);
+        }
+        let e = Ellipse { centre: (3.0, -2.0), axes: (5.0, 1.0), angle: 0.6 };
+        // Points at 0.999 and 1.001 deviations all around, and one without a value.
+        let at = |k: f64| (0..40).map(move |j| e.point(k, f64::from(j) * 0.16));
+        let (mut x, mut y): (Vec<f64>, Vec<f64>) = at(0.999).chain(at(1.001)).unzip();
+        x.push(f64::NAN);
+        y.push(0.0);
+        assert_eq!(e.within(1.0, &x, &y), (40, 80));
+        assert_eq!(e.within(1.01, &x, &y), (80, 80));
     }
 }

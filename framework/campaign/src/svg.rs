@@ -235,9 +235,11 @@ pub fn scatter(
     let up = Axis::new(all().map(|p| p.1), bottom, top);
     let mut p = Picture::new(title);
     p.axes(&across, &up, xs, ys);
+    // Few points are drawn larger.
+    let size = if pairs.len() > 300 { 1.8 } else { 2.8 };
     for (a, b) in pairs.iter().step_by(pairs.len().div_ceil(POINTS).max(1)) {
         p.put(format_args!(
-            "<circle class=\"dot\" cx=\"{:.1}\" cy=\"{:.1}\" r=\"1.8\"/>",
+            "<circle class=\"dot\" cx=\"{:.1}\" cy=\"{:.1}\" r=\"{size}\"/>",
             across.at(*a),
             up.at(*b)
         ));

@@ -9,6 +9,7 @@ use linkwork_campaign::{
     end, execute, few,
 };
 use linkwork_runner::Stop;
+use linkwork_runtime::doc::number;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
@@ -148,6 +149,16 @@ fn summary(campaign: &Campaign, journal: &Journal, results: &Results, files: &[P
             "  {metric:width$}  {:.6} ± {:.3} {unit}   5 %: {p5:.6}   50 %: {median:.6}   95 %: {p95:.6}",
             s.mean,
             s.deviation
+        );
+    }
+    for f in &results.ellipses {
+        let [(a, unit, _), (b, ..)] = f.of.map(|k| &results.metrics[k]);
+        let ((long, short), (inside, n)) = (f.half_axes(), f.within);
+        let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+        say!(
+            "  99 % ellipse of {a}, {b}: half axes {} and {}{unit}; it contains {inside} of {n} runs",
+            number(long),
+            number(short)
         );
     }
     if !results.missed.is_empty() {

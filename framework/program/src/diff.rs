@@ -1,5 +1,5 @@
-//! `linkwork diff`: two logs, two checkpoints or two recordings, with tolerances.
-use crate::exit;
+//! `linkwork diff`: two runs, two logs, two checkpoints or two recordings, with tolerances.
+use crate::{compare_runs, exit};
 use clap::Args;
 use linkwork_assembly::patterns::path_matches;
 use linkwork_record::{Difference, End, Rows, Series, Tolerances, compare, read_log_with_poses};
@@ -57,7 +57,7 @@ fn read(path: &Path) -> Result<Contents, String> {
         }
         Some("rrd") => Ok(read_recording(path)?.into()),
         _ => Err(format!(
-            "`{}` is neither a log (.mcap), a checkpoint (.lwck) nor a recording (.rrd)\n  help: give two files of one kind",
+            "`{}` is neither a log (.mcap), a checkpoint (.lwck), a recording (.rrd) nor a run (a folder, or summary.json)\n  help: give two files of one kind, or two folders of runs",
             path.display()
         )),
     }
@@ -162,6 +162,15 @@ pub fn diff(a: &Path, b: &Path, options: &DiffOptions) -> u8 {
             return exit::INPUT;
         }
     };
+    if compare_runs::is_run(a) && compare_runs::is_run(b) {
+        if options.common {
+            tell!(
+                "error: --common has no effect on metrics\n  help: leave it out, or compare the logs run.mcap"
+            );
+            return exit::INPUT;
+        }
+        return compare_runs::compare(a, b, &tolerances);
+    }
     let (x, y) = match (read(a), read(b)) {
         (Ok(x), Ok(y)) => (x, y),
         (x, y) => {
@@ -193,17 +202,18 @@ pub fn diff(a: &Path, b: &Path, options: &DiffOptions) -> u8 {
         differences.push(Difference { name: name.clone(), what, largest: f64::INFINITY });
     }
     let exact = !options.common && abs == 0.0 && rel == 0.0 && tolerances.of.is_empty();
-    if let Some(line) = first_line(&x.configuration, &y.configuration) {
-        // Different configurations are not an error with tolerances or `--common`, because users then compare runs with different settings.
-        if exact {
-            let (name, what) = ("the configuration".to_string(), line);
-            differences.push(Difference { name, what, largest: f64::INFINITY });
-        } else {
-            tell!("note: the configurations differ in {line}");
+    let other = first_line(&x.configuration, &y.configuration);
+    let series = x.series.len().max(y.series.len());
+    // Different configurations are not an error with tolerances or `--common`, because users then compare runs with different settings.
+    let failed = !differences.is_empty() || (exact && other.is_some());
+    if let Some(line) = &other {
+        match exact {
+            // The settings explain the differences, so they come first.
+            true => say!("the configuration differs in {line}"),
+            false => tell!("note: the configurations differ in {line}"),
         }
     }
-    let series = x.series.len().max(y.series.len());
-    if differences.is_empty() {
+    if !failed {
         let by = match tolerances.of.len() {
             0 => String::new(),
             n => format!(", and by {n} patterns"),
@@ -212,7 +222,11 @@ pub fn diff(a: &Path, b: &Path, options: &DiffOptions) -> u8 {
         say!("equal: {series} series within abs {abs:e}, rel {rel:e}{by}{at}");
         return exit::OK;
     }
-    say!("{} of {series} series differ (abs {abs:e}, rel {rel:e}):", differences.len());
+    // Stores of parts are compared as well.
+    let names = [x.series.keys(), y.series.keys()].into_iter().flatten();
+    let names: std::collections::BTreeSet<&String> =
+        names.chain(x.stores.keys()).chain(y.stores.keys()).collect();
+    say!("{} of {} series differ (abs {abs:e}, rel {rel:e}):", differences.len(), names.len());
     for d in differences.iter().take(40) {
         say!("  {:12.3e}  {}: {}", d.largest, d.name, d.what);
     }

@@ -11,6 +11,7 @@ mod begin;
 mod behaviour;
 mod campaign;
 mod check;
+mod compare_runs;
 mod diff;
 mod doctor;
 mod edge;

@@ -263,7 +263,7 @@ enum Command {
         #[command(flatten)]
         options: ViewOptions,
     },
-    /// Compare two logs (.mcap), checkpoints (.lwck) or recordings (.rrd). Exit code 1 if they differ.
+    /// Compare two runs (folders, or summary.json): their settings and metrics; or two logs (.mcap), checkpoints (.lwck) or recordings (.rrd): every number. Exit code 1 if they differ.
     Diff {
         /// The first.
         a: PathBuf,

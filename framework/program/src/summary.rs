@@ -176,7 +176,8 @@ pub fn print(s: &Summary) {
             continue;
         }
         let unit = if unit == "1" { "" } else { unit };
-        say!("  {name:width$}  {} {unit}", number(*value));
+        let line = format!("  {name:width$}  {} {unit}", number(*value));
+        say!("{}", line.trim_end());
     }
     balances(&s.balances);
     if s.files.is_empty() {

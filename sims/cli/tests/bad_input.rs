@@ -534,7 +534,13 @@ fn a_bad_command_line() {
         .code(2)
         .tells(&["`Nothing.*` matches no variable"]);
     lab.linkwork(&["tree", "nothing"]).code(2).tells(&["nothing"]);
-    lab.linkwork(&["diff", &pendulum, &pendulum]).code(2).tells(&["neither a log"]);
+    let campaign = format!("{}/dispersions.ron", sim("ballistic_entry"));
+    lab.linkwork(&["check", &campaign]).code(2).tells(&["`Campaign(..)`", "command `campaign`"]);
+    let file = format!("{pendulum}/sim.ron");
+    lab.linkwork(&["diff", &file, &file]).code(2).tells(&["neither a log", "two folders of runs"]);
+    lab.linkwork(&["diff", &pendulum, &pendulum])
+        .code(2)
+        .tells(&["summary.json", "two folders of"]);
     assert!(lab.files().is_empty());
 }
 

@@ -197,6 +197,38 @@ fn a_caster_with_a_wheel_swivels_behind_its_axis() {
     assert!((caster / (left + right) - 1.0).abs() < 0.01, "{left} {right} {caster}");
 }
 
+/// The robot of a file whose forward direction is y, like many that were drawn as mechanical parts: its wheels roll along y of the root link. With the
+/// root link that the message describes it drives ahead.
+#[test]
+fn wheels_that_roll_sideways_are_rejected_with_a_remedy() {
+    let lab = Lab::new();
+    let body = |extra: &str| {
+        let mut t = format!(r#"<robot name="sideways">{extra}"#);
+        t += &link("base", 20.0, "0 0 0", 0.9, "");
+        for (name, at) in
+            [("fl", "-0.3 0.3"), ("fr", "0.3 0.3"), ("rl", "-0.3 -0.3"), ("rr", "0.3 -0.3")]
+        {
+            let origin = format!(r#"xyz="{at} 0" rpy="0 1.5707963267948966 0""#);
+            t += &joint("continuous", "base", name, &origin, "0 0 1");
+            let tyre = shape("", r#"cylinder radius="0.1" length="0.05""#);
+            t += &link(name, 1.0, "0 0 0", 0.006, &tyre);
+        }
+        t + "</robot>"
+    };
+    lab.write("bad.urdf", &body(""));
+    let told =
+        ["`bad.urdf`: its wheel", "to x of `base`", "add a root link", "rpy=\"0 0 -1.5707963\""];
+    lab.linkwork(&["new", "rover", "bad", "--from", "bad.urdf"]).code(2).tells(&told);
+    assert!(!lab.path("bad").exists());
+    let root = r#"<link name="ahead"/>"#.to_string()
+        + &joint("fixed", "ahead", "base", r#"rpy="0 0 -1.5707963""#, "1 0 0");
+    let mut rover = made(&lab, "good", &body(&root), &[AHEAD]);
+    let [moved, rolled] = driven(&mut rover, "ahead", 4, 6);
+    assert!(moved > 0.1 && (moved / rolled - 1.0).abs() < 0.01, "{moved} {rolled}");
+    // The metric of slip, and the end of a run of a rover that is tilted too much.
+    assert!(rover.get("Rover.Wheel1.SurfaceContact.slip").abs() < 0.1);
+}
+
 /// Three wheels, of which the front one has 2.5 times the radius of the others and steers by ±0.8 rad. Within that it cannot turn on the spot.
 #[test]
 fn a_tricycle_with_a_large_front_wheel_drives_circles() {

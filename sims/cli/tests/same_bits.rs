@@ -180,6 +180,49 @@ fn differences_are_named() {
     );
 }
 
+/// Two folders of runs: the changed setting and the metrics, with tolerances.
+#[test]
+fn runs_are_compared_by_settings_and_metrics() {
+    let lab = Lab::new();
+    lab.write("sim.ron", BASE);
+    let run = |out: &str, more: &[&str]| {
+        lab.run("sim.ron", out, &[&["--until", "2s"], more].concat()).code(0);
+    };
+    run("a", &[]);
+    run("b", &["--set", "Friction.damping=0.3"]);
+    run("same", &[]);
+    run("nolog", &["--no-log"]);
+    let diff = |a: &str, b: &str, more: &[&str]| lab.linkwork(&[&["diff", a, b], more].concat());
+    let equal = diff("a", "same", &[]).code(0).out;
+    assert!(equal.contains("metrics: 0 of ") && !equal.contains("configuration"), "{equal}");
+    let other = diff("a", "b", &[]).code(1).out;
+    let names = |mark: &str, text: &str| {
+        let mut lines = other.lines().map(str::trim);
+        lines.any(|line| line.starts_with(mark) && line.contains(text))
+    };
+    assert!(
+        names("- Friction: ", "\"damping\": 0.05") && names("+ Friction: ", "\"damping\": 0.3"),
+        "{other}"
+    );
+    // The table has the numbers of the two summaries, and their difference.
+    let value = |out: &str| lab.summary(out)["metrics"]["largest speed"][0].as_f64().unwrap();
+    let (x, y) = (value("a"), value("b"));
+    let share = format!("{:+.2} %", 100.0 * (y - x) / x.abs());
+    assert!(x != y && names("largest speed", &share), "{share}: {other}");
+    let far = format!("largest speed={}", 1.01 * (y - x).abs());
+    let near = format!("largest speed={}", 0.99 * (y - x).abs());
+    diff("a", "b", &["--tol", &far]).code(0);
+    diff("a", "b", &["--tol", &near]).code(1);
+    diff("a", "b", &["--tol", "None=1"]).code(2).tells(&["matches no metric"]);
+    diff("a", "b", &["--common"]).code(2).tells(&["--common has no effect"]);
+    // The configuration is in the log, so only metrics are compared without one.
+    let summary = diff("a/summary.json", "nolog/summary.json", &[]).code(0).out;
+    assert!(summary.contains("not compared, because a folder has no run.mcap"), "{summary}");
+    diff("a", "nothing", &[]).code(2).tells(&["nothing", "help: "]);
+    lab.write("x/summary.json", "{}");
+    diff("a", "x", &[]).code(2).tells(&["is not the summary of a run"]);
+}
+
 #[test]
 fn a_resumed_run_keeps_the_log_of_what_came_before() {
     let lab = Lab::new();

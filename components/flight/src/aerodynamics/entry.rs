@@ -128,10 +128,13 @@ impl EntryAerodynamics {
 
     /// Describes the flow and the ends of the tables, for messages.
     fn reach(&self, mach: f64) -> String {
-        let ([a, b], [c, d]) = (self.drag.ends(), self.ratio.ends());
-        format!(
-            "`drag` from Mach {a} to {b} and `lift_to_drag` from {c} to {d}, here Mach {mach:.4}"
-        )
+        // A table with one row is constant and has no ends.
+        let tables = [("drag", &self.drag), ("lift_to_drag", &self.ratio)];
+        let ends = tables.iter().filter_map(|(name, curve)| {
+            let [a, b] = curve.ends();
+            (a < b).then(|| format!("`{name}` from Mach {a} to {b}"))
+        });
+        format!("{}, here Mach {mach:.4}", ends.collect::<Vec<_>>().join(" and "))
     }
 }
 

@@ -305,8 +305,17 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
                 Value::Variant(kind, _) => format!("`{kind}(..)`"),
                 other => other.what().to_string(),
             };
-            let help = "begin the file with `Simulation(` or `Assembly(`";
-            cx.fault(v.origin, format!("`{name}` holds {found}"), help);
+            let help = match other {
+                Value::Variant(kind, _) if kind == "Campaign" => {
+                    "run a campaign with the command `campaign` instead of `run`"
+                }
+                _ => "begin the file with `Simulation(` or `Assembly(`",
+            };
+            cx.fault(
+                v.origin,
+                format!("`{name}` contains {found}, which is not a simulation"),
+                help,
+            );
             return None;
         }
     };

@@ -288,6 +288,41 @@ fn outside(hull: &[[f64; 2]], p: [f64; 2]) -> f64 {
     most
 }
 
+/// Checks that the wheels with a drive roll along x of the root.
+///
+/// # Errors
+/// Fact and remedy: a wheel rolls in another direction.
+fn rolls_forward(
+    wheels: &[FoundWheel],
+    root: &str,
+    poses: &BTreeMap<String, Pose>,
+) -> Result<(), (String, String)> {
+    // The direction of the axle on level ground; camber does not count.
+    let axle = |w: &FoundWheel| {
+        let axle = poses[&w.body].rotation * w.axle;
+        let across = axle.x.hypot(axle.y);
+        [axle.x / across, axle.y / across]
+    };
+    let driven = || wheels.iter().filter(|w| w.driven);
+    let Some(odd) = driven().find(|w| axle(w)[1].abs() < UPRIGHT) else { return Ok(()) };
+    let [x, y] = axle(odd);
+    let angle = (-x).atan2(y).to_degrees();
+    let fact = format!(
+        "its wheel `{}` rolls at {angle:.0} deg to x of `{root}`, but a rover drives along x, with y to its left and z up",
+        odd.body
+    );
+    let help = match driven().all(|w| axle(w)[0].abs() >= UPRIGHT) {
+        true => format!(
+            "add a root link whose x is the forward direction: <link name=\"base\"/> <joint name=\"base_joint\" type=\"fixed\"><parent link=\"base\"/>\
+             <child link=\"{root}\"/><origin rpy=\"0 0 -1.5707963\"/></joint> if y of `{root}` is forward, with 1.5707963 if -y is forward"
+        ),
+        false => "wheels that roll in different directions, such as omnidirectional wheels, are not supported; \
+                  for a free wheel write `role: Idle` in a companion file"
+            .to_string(),
+    };
+    Err((fact, help))
+}
+
 /// Detects a vehicle in a description.
 ///
 /// # Errors
@@ -399,6 +434,7 @@ pub fn vehicle(
         let help = "define the wheels in a companion file: Companion(wheels: { \"link\": (radius: \"10 cm\", width: \"5 cm\") })";
         return Err((fact, help.into()));
     }
+    rolls_forward(&wheels, &root.name, &poses)?;
     let radius = wheels.iter().map(|w| w.size[0]).fold(0.0, f64::max);
     let mass: f64 = bodies.iter().map(|b| b.mass.mass).sum();
     if !(mass > 0.0) {

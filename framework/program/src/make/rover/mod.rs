@@ -436,6 +436,7 @@ fn words(
         ("width", n(width)),
         ("load", n(load)),
         ("friction", n(RUBBER)),
+        ("soil", sizes.on_soil()),
         ("more_contacts", sizes.parameters(&common)),
         ("common", common),
         ("overrides", overrides),

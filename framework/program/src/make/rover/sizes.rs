@@ -54,6 +54,20 @@ impl Sizes {
         self.0[self.index(w)].size[0]
     }
 
+    /// Returns the options with which all wheels drive on soil.
+    pub(super) fn on_soil(&self) -> String {
+        let mut out = String::from("--set Rover.contact=mobility.wheel_soil");
+        for (k, g) in self.0.iter().enumerate() {
+            let number = if k == 0 { String::new() } else { format!("_{}", k + 1) };
+            let [radius, width] = g.size.map(n);
+            let _ = write!(
+                out,
+                " --set 'Rover.contact_params{number}={{ \"radius\": {radius}, \"width\": {width} }}'"
+            );
+        }
+        out
+    }
+
     /// Returns the parameter of an array element that selects its contact parameters; the first group is the default.
     pub(super) fn parameter(&self, w: &FoundWheel) -> String {
         match self.index(w) {
