@@ -1,6 +1,6 @@
 """The command line: `python -m linkwork [--models FILE.py]... COMMAND ...`.
 
-The commands are those of the program `linkwork`. `--models FILE.py` makes the classes of the dictionary `models` in that
+It has all commands of the program `linkwork`. `--models FILE.py` makes the classes of the dictionary `models` in that
 file available to simulations, for example `models = {"demo.balance": Balance}`.
 """
 

@@ -9,7 +9,7 @@ use pyo3::types::PyDict;
 /// Attributes that only a continuous part has.
 pub(super) const ONLY: [&str; 3] = ["states", "start", "direct_feedthrough"];
 
-/// Returns the description of a continuous part, without its name. Without `direct`, its outputs do not depend on its inputs at the same instant.
+/// Returns the description of a continuous part, without its name. If `direct` is false, outputs do not depend on inputs at the same instant.
 pub(super) fn description(
     made: &Bound<'_, PyAny>,
     inputs: Vec<PortSpec>,

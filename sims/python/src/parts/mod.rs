@@ -27,7 +27,7 @@
 //! In place of a unit, a port can have `"bool"` or the quantity to which it binds under its own name ([`ports::BOUND`]). World axes, SI units.
 //!
 //! Each run has its own object for each part. Data that `step` stores in `self` are state of the run: `save()` returns them (bytes, text, or JSON
-//! data) and `load(saved)` restores them. Without these two methods and without `stateless = True`, checkpoints and forks are rejected. A continuous
+//! data) and `load(saved)` restores them. Checkpoints and forks of a part without these two methods are rejected unless it has `stateless = True`. A continuous
 //! part is a function of time, `states` and inputs, and keeps nothing else.
 use crate::core::lock;
 use crate::error::{is_own, refuse_with};
