@@ -401,6 +401,21 @@ fn text_that_is_no_ron() {
 }
 
 #[test]
+fn a_folder_without_sim_ron_lists_its_simulations() {
+    let lab = Lab::new();
+    let run = |wanted: &str| {
+        lab.linkwork(&["run", "site"]).code(2).tells(&["there is no simulation", wanted]);
+    };
+    std::fs::create_dir(lab.path("site")).unwrap();
+    run("give a sim.ron file or the folder that contains it");
+    lab.write("site/note.ron", "Assembly()");
+    lab.write("site/b.ron", &format!("// A hill.\n\n{}", common::BASE.trim_start()));
+    run("help: give the simulation in this folder: `site/b.ron`");
+    lab.write("site/a.ron", "Simulation()");
+    run("help: give a simulation in this folder: `site/a.ron`, `site/b.ron`");
+}
+
+#[test]
 fn files_that_are_missing() {
     let lab = Lab::new();
     lab.run("none", "out", &[]).code(2).tells(&["none", "help: "]);

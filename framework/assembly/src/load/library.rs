@@ -24,6 +24,9 @@ pub struct Library {
 
 /// Returns the file or folder with the most similar name in the same folder, if there is a similar one.
 fn beside(path: &Path) -> Option<PathBuf> {
+    if path.exists() {
+        return None;
+    }
     let folder = path.parent()?;
     let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let names =
@@ -78,6 +81,22 @@ pub fn sim_file(path: &Path) -> PathBuf {
     if path.is_dir() { path.join("sim.ron") } else { path.to_path_buf() }
 }
 
+/// Returns the simulations in a folder that has no sim.ron, in the order of their names.
+fn simulations(folder: &Path) -> Vec<PathBuf> {
+    let begins = |path: &PathBuf| {
+        path.extension().is_some_and(|end| end == "ron")
+            && std::fs::read_to_string(path).is_ok_and(|text| {
+                let mut lines = text.lines().map(str::trim_start);
+                let first = lines.find(|line| !line.is_empty() && !line.starts_with("//"));
+                first.is_some_and(|line| line.starts_with("Simulation("))
+            })
+    };
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut found: Vec<PathBuf> = entries.map(|entry| entry.path()).filter(begins).collect();
+    found.sort();
+    found
+}
+
 /// Whether the state at the start is checked for warnings.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Start {
@@ -121,9 +140,21 @@ impl Library {
         let message = format!("there is no simulation `{}`", file.display());
         let help =
             "give a sim.ron file or the folder that contains it, relative to the current folder";
-        let help = match beside(path) {
-            Some(near) => format!("did you mean `{}`? {help}", near.display()),
-            None => help.into(),
+        let help = match (simulations(path)[..].split_first(), beside(path)) {
+            (Some((only, [])), _) => {
+                format!("give the simulation in this folder: `{}`", only.display())
+            }
+            (Some((first, more)), _) => {
+                let more: Vec<String> =
+                    more.iter().map(|file| format!("`{}`", file.display())).collect();
+                format!(
+                    "give a simulation in this folder: `{}`, {}",
+                    first.display(),
+                    more.join(", ")
+                )
+            }
+            (None, Some(near)) => format!("did you mean `{}`? {help}", near.display()),
+            (None, None) => help.into(),
         };
         let fault = Fault::new(Origin::NONE, message).help(help);
         Err(Failure { faults: vec![fault], sources: Sources::default() })
