@@ -627,7 +627,7 @@ def devices(m, data, answer, tolerance):
         mujoco.mj_fullM(m, reference, M)
         moment = reference.actuator_moment[reference.moment_rowadr[i] :][: reference.moment_rownnz[i]]
         singular = M.size > 0 and np.linalg.cond(M) > 1e12
-        if (singular or np.abs(moment).max(initial=0.0) < 1e-12 or reference.actuator_length[i] == 0.0) and warns("no joint changes the length"):
+        if (singular or np.abs(moment).max(initial=0.0) < 1e-12 or abs(reference.actuator_length[i]) < 1e-12) and warns("no joint changes the length"):
             continue
         a = found[name]["Actuator"]
         l, v = length(a["length"], m.actuator_trnid[i, 0], m.actuator_trnid[i])

@@ -1,5 +1,6 @@
 """Random SDF files, and Linkwork against Drake on each of them."""
 
+import itertools
 import logging
 import pathlib
 import tempfile
@@ -148,7 +149,16 @@ def against(plant, first, path, packages):
     short = lambda scoped: scoped.removeprefix(f"{first}::")
     joints = [plant.get_joint(i) for i in plant.GetJointIndices()]
     scope = lambda instance, name: short(f"{plant.GetModelInstanceName(instance)}::{name}")
-    moving = [(scope(j.model_instance(), j.name()), j) for j in joints if j.num_velocities() == 1]
+
+    def joint_name(j):
+        """Drake names a joint by the model of its child, Linkwork by the model in which it is written: the one that contains both bodies."""
+        child, parent = (plant.GetModelInstanceName(b.model_instance()).split("::") for b in (j.child_body(), j.parent_body()))
+        if j.parent_body().index() == plant.world_body().index() or child == parent:
+            return scope(j.model_instance(), j.name())
+        common = [a for a, _ in itertools.takewhile(lambda pair: pair[0] == pair[1], zip(child, parent))]
+        return short("::".join([*common, j.name()]))
+
+    moving = [(joint_name(j), j) for j in joints if j.num_velocities() == 1]
     names = [n for n, _ in moving]
     bodies = [plant.get_body(BodyIndex(index)) for index in range(1, plant.num_bodies())]
     rng = np.random.default_rng(plant.num_velocities())

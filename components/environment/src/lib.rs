@@ -18,7 +18,7 @@
 //! linkwork terrain merge west.tif east.tif --out both.tif
 //! linkwork terrain make yard.tif --set size=[50,50] --set rock_cover=0.1 --set crater_age_gyr=3
 //! ```
-//! * If a map is in degrees, its node spacing in metres is computed from the ellipsoid that the file states, at the latitude of the middle of the map. A map is rejected if that spacing is wrong by more than 1 % at its northern or southern edge. Rotated maps and files with several bands or colours are rejected as well.
+//! * If a map is in degrees, its node spacing in metres is computed from the ellipsoid that the file states, at the latitude of the middle of the map. A map is rejected if that spacing is wrong by more than 1 % at its northern or southern edge. Linkwork treats maps in metres like this if their projection stretches distances: Web Mercator, Mercator, and simple cylindrical maps of planets (GeoTIFF, PDS labels, `.prj` files). Rotated maps and files with several bands or colours are rejected as well.
 //! * Generated terrain contains its rocks in the heights; a file of it has no list of rocks. `make` holds the whole map in memory; use `resample` for
 //!   a larger map.
 //! * A tiled terrain keeps 256 tiles in memory (`kept`), about 70 MB; the number does not affect results. Bodies with colliders, cameras and lidars

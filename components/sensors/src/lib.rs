@@ -1,6 +1,7 @@
-//! Component library of sensors: encoders, inertial units, attitude, pose and motion of nodes, motion of joints, cameras, lidar,
-//! radar, star trackers, sun sensors, magnetometers, receivers of satellite navigation, solar clocks, force-torque sensors, current
-//! sensors, and a detector of rocks under a rover. The seed of the run determines the noise.
+//! Component library of sensors: encoders, inertial units, attitude, pose and motion of nodes, relative motion, momentum of
+//! bodies, motion of joints, cameras, lidar, radar, star trackers, sun sensors, magnetometers, receivers of satellite
+//! navigation, solar clocks, force-torque sensors, current sensors, and a detector of rocks under a rover. The seed of the
+//! run determines the noise.
 //!
 //! A program adds the library with its catalogue; a file then uses a model by its name (`model: "sensors.imu"`):
 //! ```
@@ -29,10 +30,12 @@ pub mod motion;
 pub mod pose;
 pub mod potentiometer;
 pub mod radar;
+pub mod relative_motion;
 pub mod rock_overlap;
 pub mod solar_clock;
 pub mod specific_force;
 pub mod star_tracker;
+pub mod subtree;
 pub mod sun_sensor;
 #[cfg(test)]
 mod test_ground;
@@ -61,10 +64,12 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<pose::PoseSensor>(),
         Entry::model::<potentiometer::Potentiometer>(),
         Entry::sized::<radar::Radar>(),
+        Entry::model::<relative_motion::RelativeMotion>(),
         Entry::sized::<rock_overlap::RockOverlap>(),
         Entry::model::<solar_clock::SolarClock>(),
         Entry::model::<specific_force::SpecificForce>(),
         Entry::model::<star_tracker::StarTracker>(),
+        Entry::sized::<subtree::Subtree>(),
         Entry::model::<sun_sensor::SunSensor>(),
     ]
 }

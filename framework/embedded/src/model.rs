@@ -55,7 +55,8 @@ pub enum Closures {
     /// [`WholeBodyIk`](crate::WholeBodyIk) keeps them closed, for all kinds of hinges. Kinematics, collisions, masses and forces are those of the tree
     /// at the given q. The forces are those of a motion that keeps the closures closed, as if every coordinate had its own motor. Functions that
     /// would open a closure return [`RobotError::OpensClosure`]: searches, rates and paths of a chain that takes part in one, paths between
-    /// configurations, tasks, operational space, predictions, time parameterizations and transfers.
+    /// configurations, tasks, operational space, predictions and transfers. Paths between configurations and their time parameterization support
+    /// linear couplings; in the latter, coordinates that follow others have no motor.
     Kept,
 }
 

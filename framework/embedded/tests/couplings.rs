@@ -107,10 +107,15 @@ fn joints_that_mimic_others_stay_coupled() {
     assert_eq!(Planner::new(&robot, arm, 50).unwrap_err(), opens("path planning"));
     assert!(Planner::new(&robot, other, 50).is_ok());
     assert_eq!(TaskSpace::new(&robot, &[arm]).unwrap_err(), opens("operational space"));
-    assert_eq!(
-        Timing::new(&robot, 4, 10).map(|_| ()).unwrap_err(),
-        opens("time parameterization of a path")
-    );
+    let mut timing = Timing::new(&robot, 2, 40).unwrap();
+    let (mut from, mut to) = (vec![0.0; model.nq()], vec![0.1; model.nq()]);
+    (from[wrist], to[wrist]) = (0.2, 0.1);
+    let quick = MotionLimits::of(&model).acceleration(1.0).any_effort();
+    let path = [from.clone(), to.clone()].concat();
+    assert!(matches!(timing.plan(&mut robot, &path, &quick, 0.0), Ok(Timed::Found { .. })));
+    to[wrist] = 0.2;
+    let path = [from, to].concat();
+    assert_eq!(timing.plan(&mut robot, &path, &quick, 0.0).unwrap_err(), opens("a straight path"));
     let mut control = RateControl::new(&robot, 1, 0);
     let guards = Guards { horizon: 0.1, manipulable: &[] };
     let objective = [Objective::new(0, Aim::Posture(&zero))];
@@ -143,6 +148,57 @@ fn joints_that_mimic_others_stay_coupled() {
     robot.gravity_forces(&mut tau).unwrap();
     tree.gravity_forces(&mut other_tau).unwrap();
     assert_eq!(tau, other_tau);
+}
+
+/// Pinocchio 4.1 (`buildModelFromXML` with `mimic=True`): generalized gravity of `bend` at this configuration, and its inertia, both with the wrist
+/// that follows it.
+#[test]
+fn timed_paths_count_the_forces_of_mimic_joints_at_the_joints_that_they_follow() {
+    let (gravity, inertia) = (-3.845_781_251_449_033, 0.26);
+    let model = RobotModel::new(&ModelSpec::with_closures(&level())).unwrap();
+    let mut robot = Robot::new(&model);
+    let at = |joint: &str| model.coordinate(joint).unwrap();
+    let (bend, wrist) = (at("bend"), at("wrist"));
+    let mut from = vec![0.0; model.nq()];
+    for (joint, x) in [
+        ("turn", 0.1),
+        ("lift", 0.3),
+        ("bend", -0.5),
+        ("wrist", 0.7),
+        ("other", 0.2),
+        ("fore", 0.4),
+    ] {
+        from[at(joint).0] = x;
+    }
+    let mut limits = MotionLimits::of(&model).any_effort();
+    limits.rate.fill(f64::INFINITY);
+    // A joint that follows another one needs no motor.
+    limits.effort[wrist.1] = 1e-3;
+    limits.effort[bend.1] = 9.0;
+    let mut timing = Timing::new(&robot, 2, 4000).unwrap();
+    let mut to = from.clone();
+    (to[bend.0], to[wrist.0]) = (0.3, -0.1);
+    let told = timing.plan(&mut robot, &[from.clone(), to].concat(), &limits, 0.0).unwrap();
+    let Timed::Found { duration } = told else { panic!("{told:?}") };
+    let (mut q, mut v, mut vdot) = (from.clone(), vec![0.0; model.nv()], vec![0.0; model.nv()]);
+    timing.at(0.0, &mut q, &mut v, &mut vdot).unwrap();
+    let want = (9.0 - gravity) / inertia;
+    assert!((vdot[bend.1] / want - 1.0).abs() < 1e-3, "{} {want}", vdot[bend.1]);
+    for k in 0..=20 {
+        timing.at(duration * f64::from(k) / 20.0, &mut q, &mut v, &mut vdot).unwrap();
+        assert!((q[bend.0] + q[wrist.0] - 0.2).abs() < 1e-12, "{q:?}");
+        assert!(
+            (v[bend.1] + v[wrist.1]).abs() < 1e-12 && (vdot[bend.1] + vdot[wrist.1]).abs() < 1e-9
+        );
+    }
+    // Holding needs the whole gravity, also while another joint moves.
+    let mut to = from.clone();
+    to[at("turn").0] = 0.5;
+    limits.effort[bend.1] = 0.5 * gravity.abs();
+    limits.acceleration.fill(1.0);
+    let told = timing.plan(&mut robot, &[from, to].concat(), &limits, 0.0).unwrap();
+    let Timed::Infeasible { share, .. } = told else { panic!("{told:?}") };
+    assert!((share - 2.0).abs() < 1e-6, "{share}");
 }
 
 #[test]

@@ -236,7 +236,8 @@ pub unsafe extern "C" fn lw_builder_packages(
 /// Keeps the loops and couplings of the robot, such as joints that mimic others. Call it before the robot is read. `lw_whole_body_ik_solve` and
 /// `lw_whole_body_ik_best` keep them closed. Kinematics, collisions, masses and forces are those of the tree at the given q, as if every coordinate had
 /// its own motor. Functions that would open a loop return `LW_STATUS_DOES_NOT_CLOSE`: searches, rates and paths of a chain that takes part in one,
-/// paths between configurations, tasks, operational space, predictions, time parameterizations and transfers.
+/// paths between configurations, tasks, operational space, predictions and transfers. `lw_robot_path_free` and `lw_timing_plan` support linear
+/// couplings, such as joints that mimic others; in the latter these joints have no motor.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_keep_closures(builder: *mut LwBuilder) -> LwStatus {
     // SAFETY: guaranteed by the caller.

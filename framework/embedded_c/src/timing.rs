@@ -178,7 +178,8 @@ pub unsafe extern "C" fn lw_timing_free(timing: *mut LwTiming) {
 /// configurations (nq numbers each) one after the other, as `lw_planner_path` writes them. With `round` = 0 the motion stops at each corner. Otherwise
 /// corners are rounded so that no point is farther than `round` from the path (Euclidean distance of coordinates, rad and m); call
 /// `lw_timing_path_free` afterwards. `limits`: NULL for those of the model; jerk limits are not considered. Held objects are included; the robot's
-/// own q has no effect. If no motion keeps the limits, this is a result, not an error. A call that fails may discard the previous motion.
+/// own q has no effect. Joints that mimic others have no motor: their forces count at the joints that they follow. If no motion keeps the
+/// limits, this is a result, not an error. A call that fails may discard the previous motion.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_timing_plan(
     robot: *mut LwRobot,

@@ -9,7 +9,7 @@ use crate::slot::Slot;
 use crate::start::{Start, UnitParams, apply, find};
 use crate::unit::{Unit, savable};
 use crate::{Refusal, archive::Archive};
-use linkwork_formats::fmi::{Causality, FmiVariable, ModelDescription};
+use linkwork_formats::fmi::{Causality, FmiVariable, ModelDescription, VariableKind};
 use linkwork_runtime::{Description, Failure, Files, Located, Origin, ReadCx, Value};
 use serde::{Deserialize, Serialize};
 use std::any::Any;
@@ -98,6 +98,15 @@ impl Part {
 /// Largest number of variables that a warning names.
 const NAMED_MAX: usize = 10;
 
+/// Returns the first variables of a list in words, and the number of the others.
+fn first_of(list: &[&FmiVariable], word: impl Fn(&&FmiVariable) -> String) -> String {
+    let mut names: Vec<String> = list.iter().take(NAMED_MAX).map(word).collect();
+    if list.len() > NAMED_MAX {
+        names.push(format!("and {} more", list.len() - NAMED_MAX));
+    }
+    names.join(", ")
+}
+
 /// Warns of inputs and outputs that have no port, except inputs whose value is in `start`.
 fn warn_of_variables_without_port(
     p: &UnitParams,
@@ -105,7 +114,23 @@ fn warn_of_variables_without_port(
     at: Origin,
     cx: &mut ReadCx<'_>,
 ) {
-    let left: Vec<_> = without_port(d).filter(|v| !p.start.sets(&v.name)).collect();
+    let (clocks, left): (Vec<_>, Vec<_>) = without_port(d)
+        .filter(|v| !p.start.sets(&v.name))
+        .partition(|v| v.kind == VariableKind::Clock);
+    if !clocks.is_empty() {
+        let clock = |v: &&FmiVariable| match v.causality {
+            Causality::Input => format!("input clock `{}`, which never ticks", v.name),
+            _ => format!("output clock `{}`, which has no port", v.name),
+        };
+        let fact = format!(
+            "`{}`: clocks of `{}` are not supported: {}",
+            cx.path,
+            p.file,
+            first_of(&clocks, clock)
+        );
+        let help = "equations of input clocks never run; export the unit with time events, or with a periodic clock inside";
+        cx.warn(at, fact, Some(help.into()));
+    }
     if left.is_empty() {
         return;
     }
@@ -113,15 +138,11 @@ fn warn_of_variables_without_port(
         let side = if v.causality == Causality::Input { "input" } else { "output" };
         format!("{side} `{}` ({:?})", v.name, v.kind)
     };
-    let mut names: Vec<String> = left.iter().take(NAMED_MAX).map(word).collect();
-    if left.len() > NAMED_MAX {
-        names.push(format!("and {} more", left.len() - NAMED_MAX));
-    }
     let fact = format!(
         "`{}`: ports transfer numbers and booleans only, so these variables of `{}` have no port: {}",
         cx.path,
         p.file,
-        names.join(", ")
+        first_of(&left, word)
     );
     let help = "the inputs keep their start values (`start` can set a String); \
                 export the unit with numbers if the simulation needs the variables";

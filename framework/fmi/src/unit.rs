@@ -53,6 +53,10 @@ pub(crate) fn interface(
         (None, Some(_)) => {
             Err(Refusal::new(format!("`{name}` is not a unit for {what}")).help(help))
         }
+        (None, None) if description.scheduled_execution => Err(Refusal::new(format!(
+            "`{name}` supports scheduled execution only, in which the importer activates its clocks"
+        ))
+        .help("export the unit for co-simulation or model exchange")),
         (None, None) => {
             Err(Refusal::new(format!("`{name}` supports neither co-simulation nor model exchange"))
                 .help("export the unit for one of them"))

@@ -136,6 +136,15 @@ pub enum Sensor {
         /// Frame of the reading in the frame of the hinge on the body.
         frame: Pose,
     },
+    /// Motion of a frame relative to another frame.
+    Relative {
+        /// The observed frame.
+        frame: DeviceFrame,
+        /// The frame relative to which it is observed.
+        reference: DeviceFrame,
+    },
+    /// Mass, centre of mass, velocity and angular momentum of several bodies.
+    Bodies(Vec<String>),
     /// An output of another device.
     Of {
         /// The device.

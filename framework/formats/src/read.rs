@@ -132,6 +132,11 @@ pub fn read_file(
 /// The mark with which some programs begin texts in UTF-8.
 pub(crate) const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 
+/// Returns whether a text begins with a byte order mark of UTF-16.
+pub(crate) fn is_utf16(bytes: &[u8]) -> bool {
+    bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff])
+}
+
 /// Size of the largest readable file, in bytes.
 pub const LARGEST_FILE: u64 = 1 << 30;
 
@@ -164,6 +169,9 @@ pub fn whole_file(path: &Path) -> Result<Vec<u8>, String> {
 /// The reason why it cannot be read.
 pub fn whole_text(path: &Path) -> Result<String, String> {
     let mut bytes = whole_file(path)?;
+    if is_utf16(&bytes) {
+        return Err("it is a text in UTF-16; save it as UTF-8".into());
+    }
     if bytes.starts_with(BYTE_ORDER_MARK) {
         bytes.drain(..BYTE_ORDER_MARK.len());
     }

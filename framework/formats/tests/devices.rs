@@ -136,7 +136,7 @@ fn devices_that_are_not_read_are_named() {
         <tendon><spatial name="line"><site site="s"/><pulley divisor="2"/><site site="fixed"/></spatial></tendon>
         <actuator><muscle name="i" joint="p"/><motor name="pull" tendon="line"/><motor name="turn" joint="ball" gear="1 0 0"/><general name="jet" body="a"/>
         <general name="slow" joint="p" dyntype="muscle"/></actuator>
-        <sensor><actuatorfrc name="f" actuator="pull"/><touch name="t" site="s"/><gyro name="g" site="s"/><gyro name="h" site="fixed"/><framepos objtype="body" objname="a"/></sensor></mujoco>"#;
+        <sensor><actuatorfrc name="f" actuator="pull"/><touch name="t" site="s"/><gyro name="g" site="s"/><gyro name="h" site="fixed"/><framequat objtype="body" objname="a"/><force site="fixed"/></sensor></mujoco>"#;
     let d = read(text);
     let listed: Vec<String> = d.ignored.iter().map(ToString::to_string).collect();
     for part in [
@@ -148,14 +148,15 @@ fn devices_that_are_not_read_are_named() {
         "`dyntype`",
         "a sensor of the actuator `pull`, which is not supported",
         "touch",
-        "site of the world, which does not move",
-        "neither a site nor an xbody",
+        "site of the world, which has no hinge",
+        "the principal axes of a body are not supported",
     ] {
         assert!(listed.iter().any(|l| l.contains(part)), "{part}: {listed:#?}");
     }
     let kinds: Vec<&DeviceKind> = d.devices.iter().map(|x| &x.kind).collect();
-    let gyro = DeviceKind::Sensor(Sensor::Motion(DeviceFrame::Node("s".into())));
-    assert_eq!(kinds, [&gyro]);
+    let gyro = |at| DeviceKind::Sensor(Sensor::Motion(at));
+    let on_body = gyro(DeviceFrame::Node("s".into()));
+    assert_eq!(kinds, [&on_body, &gyro(DeviceFrame::Body("fixed".into()))]);
 }
 
 #[test]

@@ -151,6 +151,47 @@ fn nodes_that_are_degrees_apart_have_metres_from_the_ellipsoid() {
     assert!(told.contains("degrees apart"), "{told}");
 }
 
+/// Public reports: PotreeConverter #339, gdal PR 12057, gazebo-classic #2881.
+#[test]
+fn maps_whose_projection_stretches_distances_have_true_distances() {
+    let h = file("f32_web_mercator.tif", &HeightsOptions::default()).unwrap();
+    is_made("web mercator", &h, true, 0.0);
+    // At y = 6 000 000 m GDAL's positions on WGS 84 have 13.573858 m and 13.532002 m for 20 m.
+    let wanted = [2.5 * 13.573_858_3 / 20.0, 4.0 * 13.532_002_1 / 20.0];
+    assert!((0..2).all(|k| (h.spacing[k] / wanted[k] - 1.0).abs() < 1e-4), "{:?}", h.spacing);
+    assert_eq!(h.origin, [0.0, 0.0]);
+    let h = file("f32_cylindrical_mars.tif", &HeightsOptions::default()).unwrap();
+    // y = 2 999 944 m above the false northing is 50.611 degrees of latitude.
+    let latitude = (4e6_f64 - 14.5 * 4.0 - 1e6) / 3_396_190.0;
+    let wanted = [2.5 * latitude.cos() / 20_f64.to_radians().cos(), 4.0];
+    assert!((0..2).all(|k| (h.spacing[k] / wanted[k] - 1.0).abs() < 1e-6), "{:?}", h.spacing);
+    let forced = HeightsOptions { spacing: Some([2.0, 3.0]), ..HeightsOptions::default() };
+    assert_eq!(file("f32_cylindrical_mars.tif", &forced).unwrap().spacing, [2.0, 3.0]);
+    // The label of a PDS3 image with its radius in kilometres.
+    let map = "MAP_PROJECTION_TYPE = \"EQUIRECTANGULAR\"\r\n A_AXIS_RADIUS = 1.7374 <KM>\r\n CENTER_LATITUDE = 20.0 <DEG>\r\n";
+    let small = label("^IMAGE = 9", "UNSIGNED_INTEGER", 8, "")
+        .replace("MAP_SCALE = 2.5", &format!("{map} MAP_SCALE = 0.01"));
+    let mut bytes = small.into_bytes();
+    bytes.resize(800, b' ');
+    bytes.extend(vec![7; NX * NY]);
+    let h = alone("a.img", &bytes).unwrap();
+    // The middle line is 457.5 lines of 1 cm above the equator.
+    let latitude = 4.575_f64 / 1737.4;
+    let wanted = 0.01 * latitude.cos() / 20_f64.to_radians().cos();
+    assert!((h.spacing[0] / wanted - 1.0).abs() < 1e-9 && h.spacing[1] == 0.01, "{:?}", h.spacing);
+    // A `.prj` file with a cylindrical projection.
+    let text = "ncols 2\nnrows 2\nxllcenter 0\nyllcenter 1819400\ncellsize 100\n1 2\n3 4\n";
+    let prj = r#"PROJCS["Moon",GEOGCS["G",DATUM["D",SPHEROID["Moon",1737400,0]],UNIT["degree",0.0174532925]],PROJECTION["Equirectangular"],PARAMETER["Standard_Parallel_1",0],UNIT["metre",1]]"#;
+    let mut beside = |name: &str| match name {
+        "a.prj" => Ok(prj.as_bytes().to_vec()),
+        other => Err(format!("there is no {other}")),
+    };
+    let options = HeightsOptions::default();
+    let h = read_heights("a.asc", text.as_bytes(), &options, &mut beside).unwrap();
+    let wanted = 100.0 * (1_819_450.0_f64 / 1_737_400.0).cos();
+    assert!((h.spacing[0] / wanted - 1.0).abs() < 1e-9 && h.spacing[1] == 100.0, "{:?}", h.spacing);
+}
+
 #[test]
 fn compressions_are_read_or_named_with_the_command_that_helps() {
     is_made("zstd", &file("f32_zstd.tif", &HeightsOptions::default()).unwrap(), true, 0.0);
@@ -420,7 +461,7 @@ fn texts_are_refused_with_their_line() {
         ("nrows 2", "", "nrows: it is missing"),
         ("nrows 2", "nrows two", "line 2: `two` is not a number"),
         ("nrows 2", "nrows 2\nnrows 2", "line 3: `nrows` is written twice"),
-        ("nrows 2", "nlines 2", "line 2: the header lacks the entry `nlines`"),
+        ("nrows 2", "nlines 2", "line 2: `nlines` is not an entry of the header"),
         ("cellsize 5", "cellsize -5", "the distance between nodes is -5"),
         ("cellsize 5", "", "does not have a scale"),
         ("4 5 6", "4 5 6 7", "line 5: there are more heights than 3 by 2"),
@@ -453,6 +494,11 @@ fn texts_are_refused_with_their_line() {
     let h = alone("a.xyz", european.as_bytes()).unwrap();
     assert_eq!((h.nx, h.ny, h.spacing, h.origin), (2, 2, [10.0, 5.0], [0.5, 0.0]));
     assert_eq!(h.heights, [2.25, 4.0, 1.0, 3.0]);
+    let rows = format!("{european};;\r\n;;\r\n");
+    assert_eq!(alone("a.xyz", rows.as_bytes()).unwrap().heights, h.heights);
+    let wide: Vec<u8> = rows.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    let told = alone("a.xyz", &wide).unwrap_err().to_string();
+    assert!(told.contains("UTF-16") && told.contains("save it as UTF-8"), "{told}");
     let told = alone("a.xyz", european.replace("2,25", "2,2,5").as_bytes()).unwrap_err();
     assert!(told.to_string().contains("line 2: it is not a point"), "{told}");
     let marked = format!("\u{feff}{}", "ncols 2\nnrows 2\ncellsize 5\n1 2\n3 4\n");

@@ -341,7 +341,7 @@ fn a_chain_of_hundreds_of_bodies_is_read() {
 fn other_sensors_and_adhesion_are_listed_by_name() {
     let text = format!(
         "{HEAD}<body name=\"b\"><joint/><geom size=\"1\"/><site name=\"s\"/></body></worldbody>{}</mujoco>",
-        r#"<sensor><touch name="pad" site="s"/><rangefinder name="ray" site="s"/><subtreecom name="com" body="b"/></sensor>
+        r#"<sensor><touch name="pad" site="s"/><rangefinder name="ray" site="s"/><insidesite name="in" objtype="site" objname="s"/></sensor>
 <actuator><adhesion name="glue" body="b" ctrlrange="0 1"/></actuator>"#
     );
     let d = read_mjcf(&text, &ReadOptions::default()).unwrap();
@@ -350,7 +350,7 @@ fn other_sensors_and_adhesion_are_listed_by_name() {
     for (name, line, remedy) in [
         ("touch[pad]", 2, "`sensors.contact_switch`"),
         ("rangefinder[ray]", 2, "`sensors.radar`"),
-        ("subtreecom[com]", 2, "`sensors.mass_properties`"),
+        ("insidesite[in]", 2, "`framepos`"),
         ("adhesion[glue]", 3, "no model pulls a body"),
     ] {
         let here = |l: &&String| l.contains(name) && l.contains(remedy);

@@ -70,7 +70,8 @@ impl Table {
         }
         let (columns, rows) = match path.extension().and_then(|e| e.to_str()) {
             Some("csv") => {
-                let text = std::fs::read_to_string(path).map_err(|e| fail(e.to_string(), about))?;
+                let bytes = std::fs::read(path).map_err(|e| fail(e.to_string(), about))?;
+                let text = linkwork_runtime::text_of_bytes(bytes).map_err(|e| fail(e, about))?;
                 let help = "write one line of titles, then one line per row, with cells separated by commas";
                 csv_columns(&text).map_err(|fact| fail(fact, help))?
             }
@@ -130,30 +131,21 @@ fn cell(text: &str, decimal_comma: bool) -> Option<f64> {
 }
 
 fn csv_columns(text: &str) -> Result<(Vec<(String, Column)>, usize), String> {
-    let separator = linkwork_runtime::columns::separator(text);
-    let mut reader = csv::ReaderBuilder::new()
-        .delimiter(separator)
-        .trim(csv::Trim::All)
-        .from_reader(text.as_bytes());
-    let decimal_comma = separator != b',';
-    let titles = reader.headers().map_err(|e| e.to_string())?;
+    let records = linkwork_runtime::columns::Records::parse(text, None)?;
     let mut columns: Vec<(String, Column)> =
-        titles.iter().map(|t| (t.to_string(), Column::Numbers(Vec::new()))).collect();
+        records.titles.into_iter().map(|t| (t, Column::Numbers(Vec::new()))).collect();
     if columns.is_empty() {
         return Err("it is empty".into());
     }
-    let mut rows = 0;
-    for record in reader.records() {
-        let record = record.map_err(|e| e.to_string())?;
-        let line = record.position().map_or(0, csv::Position::line);
-        for ((_, column), text) in columns.iter_mut().zip(&record) {
+    let rows = records.rows.len();
+    for (line, cells) in &records.rows {
+        for ((_, column), text) in columns.iter_mut().zip(cells) {
             let Column::Numbers(numbers) = column else { continue };
-            match cell(text, decimal_comma) {
+            match cell(text, records.decimal_comma) {
                 Some(x) => numbers.push(x),
                 None => *column = Column::Other(format!("`{text}` in line {line}")),
             }
         }
-        rows += 1;
     }
     Ok((columns, rows))
 }
@@ -320,7 +312,7 @@ mod tests {
     fn what_is_no_table_is_refused() {
         for (name, text, fact) in [
             ("a.csv", "", "it is empty"),
-            ("b.csv", "t,x\n0\n", "line: 2"),
+            ("b.csv", "t,x\n0\n", "line 2 has 1 cells"),
             ("c.txt", "t,x\n0,1\n", "must end in .csv or .parquet"),
             ("d.parquet", "t,x\n0,1\n", "parquet: "),
         ] {

@@ -21,7 +21,7 @@ pub use author::block::{
 pub use author::catalogue::{Catalogue, Entry, Foreign, Making, PartType};
 pub use author::error::BuildError;
 pub use author::field::{Field, FieldSample, Shows, View};
-pub use author::files::Files;
+pub use author::files::{Files, text_of_bytes};
 pub use author::host::{Bound, End, Host, HostWire, Lowering};
 pub use author::jacobian::{Jacobian, Operation};
 pub use author::made::ServiceCache;

@@ -189,7 +189,7 @@ fn lists_may_be_columns_of_a_file() {
             "t.csv:2: `part.heights`: `1.0 kg` is in kg, but m is expected",
         ),
         ("h, h\n1, 2\n", column("h"), "t.csv has two columns `h`"),
-        ("h, g\n1\n", column("h"), "t.csv: CSV error"),
+        ("h, g\n1\n", column("h"), "t.csv: line 2 has 1 cells, not 2"),
         ("h\n", column("h"), "t.csv has no rows below its headings"),
         ("h\nnan\n", column("h"), "t.csv:2: "),
     ] {

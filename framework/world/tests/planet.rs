@@ -325,6 +325,36 @@ fn a_leap_second_is_a_second() {
     );
 }
 
+/// TAI − UTC of ERFA 2.0.1 (`dat`). Public report: layup #138. hifitime alone takes UTC for TAI before 1972, which is 7.6 s in July 1969.
+#[test]
+fn utc_before_1972_has_its_drift() {
+    for (text, offset) in [
+        ("1961-06-01 00:00:00 UTC", 1.618514),
+        ("1965-03-02 12:00:00 UTC", 3.718538),
+        ("1969-07-20 20:17:40 UTC", 7.574_593_8),
+        ("1971-12-31 23:59:59 UTC", 9.892_241_97),
+        ("1972-01-01 00:00:00 UTC", 10.0),
+        ("1972-07-01 00:00:00 UTC", 11.0),
+    ] {
+        let e = Epoch::parse(text).unwrap();
+        near(e.tt_minus_utc(), offset + 32.184, 1e-7, text);
+        let tai = Epoch::parse(&text.replace("UTC", "TAI")).unwrap();
+        near(e.since(&tai), offset, 1e-7, text);
+        let shown = e.to_string();
+        assert!(shown.starts_with(&text[..19].replace(' ', "T")), "{shown} {text}");
+        let again = Epoch::parse(&tai.plus(offset).to_string()).unwrap();
+        near(again.since(&e), 0.0, 1e-8, text);
+    }
+    let landing = Epoch::utc(1969, 7, 20, 20, 17, 40.0).unwrap();
+    assert_eq!(landing, Epoch::parse("1969-07-20 20:17:40 UTC").unwrap());
+    // UT1 = UTC + ΔUT1.
+    near(landing.ut1(0.0).1, (20.0 * 3600.0 + 17.0 * 60.0 + 40.0) / 86400.0, 1e-12, "UT1");
+    near(landing.utc_day_and_second().1, 73060.0, 1e-8, "second");
+    let early = Epoch::parse("1957-10-04 19:28:34 UTC").unwrap_err().to_string();
+    assert!(early.contains("UTC begins in 1960") && early.contains("TT or TAI"), "{early}");
+    assert!(Epoch::parse("1957-10-04 19:29:06 TT").is_ok());
+}
+
 /// IERS Bulletin C 52: 2016-12-31 23:59:60 UTC is the second between 23:59:59 and midnight.
 #[test]
 fn a_leap_second_can_be_written() {

@@ -67,8 +67,8 @@ type ArrayLike<'a, 'py> = &'a Bound<'py, PyAny>;
 /// Results are reproducible: equal calls give bit-identical results.
 ///
 /// Loops and couplings of the mechanism: `inverse_kinematics_together` keeps them closed. Masses and forces are those of the tree, as if every
-/// coordinate had a motor. Functions that would open a loop raise: searches, rates and paths of a chain that is part of it, control, and timed
-/// paths.
+/// coordinate had a motor. Functions that would open a loop raise: searches, rates and paths of a chain that is part of it, and control.
+/// `time_parameterize` supports linear couplings, such as mimic joints, which then have no motor.
 ///
 /// Examples
 /// --------

@@ -68,6 +68,12 @@ fn units_for_another_platform_or_kind() {
     let equations: String = text.lines().filter(|l| !l.contains("<CoSim")).collect();
     pack(&file, &[("modelDescription.xml", equations.as_bytes()), (&binary(2), &code)]);
     refused(&bench, PART, &["not a unit for co-simulation", "fmi.model_exchange"]);
+    let scheduled = text
+        .replace("<CoSimulation", "<ScheduledExecution")
+        .replace("</CoSim", "</ScheduledExecution");
+    let scheduled: String = scheduled.lines().filter(|l| !l.contains("<ModelExchange")).collect();
+    pack(&file, &[("modelDescription.xml", scheduled.as_bytes()), (&binary(2), &code)]);
+    refused(&bench, PART, &["scheduled execution only", "export the unit for co-simulation"]);
     // The description was changed after the library was built.
     let changed = text.replace(TOKEN, "{another}");
     pack(&file, &[("modelDescription.xml", changed.as_bytes()), (&binary(2), &code)]);
@@ -203,7 +209,12 @@ fn variables_without_a_port_are_a_warning() {
     bench.unit("unit.fmu", 3, Model::Spring, |t| t.replace("</ModelVariables>", more));
     let told = warnings(PART);
     assert_eq!(told.len(), 1, "{told:#?}");
-    assert!(told[0].starts_with("`Spring`: ports transfer numbers and booleans only, so these variables of `unit.fmu` have no port: input `note` (String), output `frame` (Binary), input `tick` (Clock) / "), "{told:#?}");
+    assert!(told[0].starts_with("`Spring`: ports transfer numbers and booleans only, so these variables of `unit.fmu` have no port: input `note` (String), output `frame` (Binary) / "), "{told:#?}");
+    let all = bench.program(PART).unwrap();
+    let mut clocks = all.phases.iter().flat_map(|p| &p.plan.warnings);
+    let clock = clocks.find(|w| w.message.contains("clocks of")).unwrap();
+    assert!(clock.message.contains("input clock `tick`, which never ticks"), "{clock:?}");
+    assert!(clock.help.as_deref().is_some_and(|h| h.contains("time events")), "{clock:?}");
     // In FMI 2.0, a text that the file sets is not named.
     let more = r#"<ScalarVariable name="note" valueReference="40" causality="input" variability="discrete"><String start="a"/></ScalarVariable></ModelVariables>"#;
     bench.unit("unit.fmu", 2, Model::Spring, |t| t.replace("</ModelVariables>", more));

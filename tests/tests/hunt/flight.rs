@@ -286,6 +286,19 @@ const CASES: &[Case] = &[
         ],
     },
     Case {
+        report: "openrocket PR 519, PR 1221: a thrust curve that begins and ends with a thrust, and nothing after its end",
+        text: r#"bodies: { "a": (parent: "world", hinge: Slider([0, 0, 1]), mass: 2, inertia: [1, 1, 1]) },
+        parts: { "M": (model: "flight.solid_motor", params: { "curve": [[0, 100], [1, 100], [2, 40]], "specific_impulse": 200, "start": 0.125 }, bind: { "nozzle": "node:a" }) },
+        gravity: "none", step: "0.5 s", until: "4 s",
+        // 100 + 70 N s over 2 kg.
+        metrics: { "v": (of: "a.speed"), "burnt": (of: "M.burnt"), "thrust": (of: "M.thrust") }"#,
+        want: &[
+            ("v", 85.0, 1e-6),
+            ("burnt", 170.0 / (200.0 * 9.806_65), 1e-9),
+            ("thrust", 0.0, 0.0),
+        ],
+    },
+    Case {
         report: "FlexibleSpacecraft.jl #63, PR 28, PASEOS PR 200: gravity gradient, sign and frequency of libration",
         text: r#"world: (body: "earth", turns: still),
         bodies: { "a": (parent: "world", hinge: Free, mass: 100, inertia: [10, 60, 60], initial: (elements: (semi_major_axis: "7000 km"), rotation: (rpy: [0, 0, 0.01]), angular: [0, 0, 1.078007612e-3])) },

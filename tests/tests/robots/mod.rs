@@ -11,5 +11,6 @@ mod loads;
 mod machines;
 mod manipulation;
 mod mjcf_elements;
+mod mjcf_sensors;
 mod pages;
 mod starts;

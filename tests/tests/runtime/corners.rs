@@ -36,6 +36,7 @@ const SMOOTH: &[&str] = &[
     "sensors.joint_motion",
     "sensors.mass_properties",
     "sensors.motion",
+    "sensors.relative_motion",
     "sensors.specific_force",
 ];
 

@@ -201,6 +201,21 @@ fn sensor(s: &Sensor, specs: &BTreeMap<&str, &BodySpec>, names: &Names<'_>) -> O
         }
         Sensor::Motion(f) => ("sensors.motion", Vec::new(), frame(f)?),
         Sensor::SpecificForce(f) => ("sensors.specific_force", Vec::new(), frame(f)?),
+        Sensor::Relative { frame: mount, reference } => {
+            let mut bind = frame(mount)?;
+            bind.push(("reference".to_owned(), self::frame(reference, names)?));
+            ("sensors.relative_motion", Vec::new(), bind)
+        }
+        Sensor::Bodies(bodies) => {
+            let mut params = Vec::new();
+            push(&mut params, "bodies", Value::Number(bodies.len() as f64));
+            let node = |(k, b): (usize, &String)| {
+                let local = names.bodies.get(b)?;
+                Some((format!("body{}", k + 1), text(format!("node:{local}"))))
+            };
+            let bind: Option<Vec<_>> = bodies.iter().enumerate().map(node).collect();
+            ("sensors.subtree", params, bind?)
+        }
         Sensor::HingeLoad { body, frame } => {
             let mut params = Vec::new();
             push(&mut params, "position", list(frame.position.iter().copied()));

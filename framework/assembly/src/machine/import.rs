@@ -66,7 +66,10 @@ impl Import {
             kinds.entry(what.to_lowercase()).or_default().push(of.into());
         }
         for i in &self.description.ignored {
-            let place = format!("{} (line {})", i.path, i.line);
+            let place = match i.file == self.file || i.file.is_empty() {
+                true => format!("{} (line {})", i.path, i.line),
+                false => format!("{} ({}:{})", i.path, i.file, i.line),
+            };
             kinds.entry(i.what.clone()).or_default().push(place);
         }
         if kinds.is_empty() {

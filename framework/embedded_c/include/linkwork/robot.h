@@ -690,7 +690,8 @@ enum LwStatus lw_builder_packages(struct LwBuilder *builder, const char *folder)
 // Keeps the loops and couplings of the robot, such as joints that mimic others. Call it before the robot is read. `lw_whole_body_ik_solve` and
 // `lw_whole_body_ik_best` keep them closed. Kinematics, collisions, masses and forces are those of the tree at the given q, as if every coordinate had
 // its own motor. Functions that would open a loop return `LW_STATUS_DOES_NOT_CLOSE`: searches, rates and paths of a chain that takes part in one,
-// paths between configurations, tasks, operational space, predictions, time parameterizations and transfers.
+// paths between configurations, tasks, operational space, predictions and transfers. `lw_robot_path_free` and `lw_timing_plan` support linear
+// couplings, such as joints that mimic others; in the latter these joints have no motor.
 enum LwStatus lw_builder_keep_closures(struct LwBuilder *builder);
 
 // Reads the robot from a URDF, MJCF or SDF file. `root`: one of `LW_ROOT_...`; `inertia`: one of `LW_INERTIA_...`. Loops and couplings, such as
@@ -1746,7 +1747,8 @@ void lw_timing_free(struct LwTiming *timing);
 // configurations (nq numbers each) one after the other, as `lw_planner_path` writes them. With `round` = 0 the motion stops at each corner. Otherwise
 // corners are rounded so that no point is farther than `round` from the path (Euclidean distance of coordinates, rad and m); call
 // `lw_timing_path_free` afterwards. `limits`: NULL for those of the model; jerk limits are not considered. Held objects are included; the robot's
-// own q has no effect. If no motion keeps the limits, this is a result, not an error. A call that fails may discard the previous motion.
+// own q has no effect. Joints that mimic others have no motor: their forces count at the joints that they follow. If no motion keeps the
+// limits, this is a result, not an error. A call that fails may discard the previous motion.
 enum LwStatus lw_timing_plan(struct LwRobot *robot,
                              struct LwTiming *timing,
                              const double *path,

@@ -215,6 +215,8 @@ pub struct ModelDescription {
     pub co_simulation: Option<Interface>,
     /// Interface for model exchange, as equations.
     pub model_exchange: Option<Interface>,
+    /// Whether it has an interface for scheduled execution, in which the importer activates its clocks.
+    pub scheduled_execution: bool,
     /// All variables, in the order of the file.
     pub variables: Vec<FmiVariable>,
     /// Outputs, in the order of the model structure.

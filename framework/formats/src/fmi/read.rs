@@ -131,6 +131,7 @@ impl Reader {
             token: token.unwrap_or_default().into(),
             co_simulation,
             model_exchange,
+            scheduled_execution: root.child("ScheduledExecution").is_some(),
             variables,
             outputs: Vec::new(),
             states: Vec::new(),

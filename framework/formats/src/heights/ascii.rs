@@ -49,7 +49,7 @@ pub(super) fn grid(
             let known = KEYS.join(", ");
             return Err(HeightsError::at(
                 place,
-                format!("the header lacks the entry `{name}`"),
+                format!("`{name}` is not an entry of the header"),
                 format!("entries: {known}"),
             ));
         };
@@ -57,7 +57,7 @@ pub(super) fn grid(
             HeightsError::at(
                 &place,
                 format!("`{number}` is not a number"),
-                "write one number after a name",
+                "write one number with a decimal point after a name",
             )
         })?;
         if header[k].replace(value).is_some() {
@@ -92,7 +92,7 @@ pub(super) fn grid(
                 HeightsError::at(
                     place(),
                     format!("`{word}` is not a height"),
-                    "heights must be numbers",
+                    "heights must be numbers with a decimal point, separated by blanks",
                 )
             })?;
             if read == nx * ny {
@@ -140,10 +140,16 @@ pub(super) fn grid(
                 }
                 // Such files have nodes that are 1 or 3 arc seconds apart (0.0003 or 0.0008 degrees), whereas no map
                 // has nodes less than a millimetre apart.
-                Horizontal::Lengths(_) if projection.is_none() && own[0].max(own[1]) < 1e-3 => {
+                Horizontal::Lengths(..) if projection.is_none() && own[0].max(own[1]) < 1e-3 => {
                     return Err(HeightsError::Degrees { x: own[0], y: own[1] });
                 }
-                Horizontal::Lengths(unit) => (own.map(|s| s * unit), [x * unit, y * unit]),
+                Horizontal::Lengths(unit, stretched) => {
+                    let (spacing, origin) = (own.map(|s| s * unit), [x * unit, y * unit]);
+                    match stretched {
+                        Some((map, northing)) => map.apart(spacing, origin, northing * unit, ny)?,
+                        None => (spacing, origin),
+                    }
+                }
             }
         }
     };

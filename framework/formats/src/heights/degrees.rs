@@ -42,8 +42,13 @@ impl Ellipsoid {
         })
     }
 
+    /// Returns the first eccentricity e.
+    pub(super) fn eccentricity(self) -> f64 {
+        (self.flattening * (2.0 - self.flattening)).sqrt()
+    }
+
     /// Returns the length of a degree of longitude and of latitude at a latitude (degrees), in metres.
-    fn of_a_degree(self, latitude: f64) -> [f64; 2] {
+    pub(super) fn of_a_degree(self, latitude: f64) -> [f64; 2] {
         let (sin, cos) = latitude.to_radians().sin_cos();
         let e2 = self.flattening * (2.0 - self.flattening);
         let root = (1.0 - e2 * sin * sin).sqrt();
@@ -54,7 +59,7 @@ impl Ellipsoid {
 }
 
 /// Maximum relative difference between distances at the edges of a map and in its middle.
-const DISTORTION: f64 = 0.01;
+pub(super) const DISTORTION: f64 = 0.01;
 
 /// Returns the spacing (m) of nodes that are `spacing` degrees apart; `south`: latitude of the southern row, of `ny` rows.
 pub(super) fn degrees_apart(

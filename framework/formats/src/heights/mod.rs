@@ -3,7 +3,8 @@
 //!
 //! Every reader returns [`Heights`]: a regular grid in metres, x east, y north, the southern row first, NaN where data is missing. For a file in
 //! degrees, the spacing is that in the middle of the map, if the file specifies its ellipsoid and one spacing is accurate enough for the height of
-//! the map; other files in degrees are rejected. Memory is allocated for the actual content of a file, not for the sizes in its header.
+//! the map; other files in degrees are rejected. Distances of maps in Mercator and cylindrical projections are corrected in the same way (`projection.rs`).
+//! Memory is allocated for the actual content of a file, not for the sizes in its header.
 //! ```text
 //! GeoTIFF  h = sample · scale + offset        x = x_t + (column − i) s_x,  y = y_t − (row − j) s_y
 //! PNG, BMP h = h_black + grey (h_white − h_black),  grey from 0 to 1
@@ -30,6 +31,7 @@ mod grey;
 mod marks;
 mod pds3;
 mod pds4;
+mod projection;
 mod samples;
 mod units;
 mod write;
@@ -38,7 +40,7 @@ mod xyz;
 pub use geotiff::GeoTiff;
 pub use write::{Map, write_ascii, write_geotiff, write_png, write_shades};
 
-use crate::read::BYTE_ORDER_MARK;
+use crate::read::{BYTE_ORDER_MARK, is_utf16};
 use std::io::Cursor;
 
 /// Heights on a regular grid; x east, y north, z up.
@@ -222,7 +224,11 @@ pub fn read_heights(
     beside: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
 ) -> Result<Heights, HeightsError> {
     let (stem, ending) = name.rsplit_once('.').unwrap_or((name, ""));
-    let read = match ending.to_lowercase().as_str() {
+    let ending = ending.to_lowercase();
+    if is_utf16(bytes) && matches!(ending.as_str(), "asc" | "xyz" | "lbl" | "xml") {
+        return Err(HeightsError::content("it is a text in UTF-16", "save it as UTF-8"));
+    }
+    let read = match ending.as_str() {
         "tif" | "tiff" => GeoTiff::open(Cursor::new(bytes), bytes.len() as u64, options)?.heights(),
         "png" => grey::png_heights(bytes, options),
         "bmp" => grey::bmp(bytes, options),

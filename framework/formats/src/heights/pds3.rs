@@ -6,6 +6,7 @@
 //! MAP_SCALE = 1.0 <M/PIXEL>,  x of column c, line l: (c − SAMPLE_PROJECTION_OFFSET) s,  y = (LINE_PROJECTION_OFFSET − l) s
 //! ```
 
+use super::projection::Projection;
 use super::samples::{self, Array, First, Missing, Order, Sample};
 use super::{Heights, HeightsError, HeightsOptions, length, text, units};
 
@@ -256,9 +257,32 @@ fn frame(label: &Label, lines: u64) -> Result<([f64; 2], [f64; 2]), HeightsError
             let (x, y) = (x.number()?.0, y.number()?.0);
             [-x * s, (y - (lines as f64 - 1.0)) * s]
         }
-        _ => [0.0, 0.0],
+        _ => return Ok(([s, s], [0.0, 0.0])),
     };
-    Ok(([s, s], origin))
+    match cylindrical(label)? {
+        Some(projection) => projection.apart([s, s], origin, 0.0, lines as usize),
+        None => Ok(([s, s], origin)),
+    }
+}
+
+/// Returns the projection of a label if it is equidistant cylindrical; y is zero at the equator.
+fn cylindrical(label: &Label) -> Result<Option<Projection>, HeightsError> {
+    let kind = label.any("MAP_PROJECTION_TYPE").map(|e| e.word().replace('_', " ").to_uppercase());
+    let simple = match kind.as_deref() {
+        Some("SIMPLE CYLINDRICAL") => true,
+        Some("EQUIRECTANGULAR" | "EQUIDISTANT CYLINDRICAL") => false,
+        _ => return Ok(None),
+    };
+    let Some(radius) = label.any("A_AXIS_RADIUS") else { return Ok(None) };
+    let (value, unit) = radius.number()?;
+    // Labels give radii in kilometres.
+    let unit = if unit.is_empty() { 1e3 } else { units::metres(&radius.place(), unit)? };
+    let parallel = match label.any("CENTER_LATITUDE").filter(|_| !simple) {
+        Some(entry) => entry.number()?.0.to_radians(),
+        None => 0.0,
+    };
+    let radius = length(&radius.place(), value * unit)?;
+    Ok(Some(Projection::Cylindrical { radius, parallel, origin: 0.0 }))
 }
 
 fn assemble(

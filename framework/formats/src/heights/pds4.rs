@@ -8,6 +8,7 @@
 //! disp:Display_Direction   vertical_display_direction
 //! ```
 
+use super::projection::Projection;
 use super::samples::{self, Array, First, Missing, Order, Sample};
 use super::{Heights, HeightsError, HeightsOptions, length, text, units};
 use crate::xml::{Element, parse};
@@ -173,7 +174,10 @@ pub(super) fn labelled(
         Some(spacing) => (spacing, [0.0, 0.0]),
         None => {
             let spacing = spacing_of(&label)?;
-            (spacing, origin_of(&label, spacing, lines)?)
+            match (origin_of(&label, spacing, lines)?, cylindrical(&label)?) {
+                (Some(origin), Some(map)) => map.apart(spacing, origin, 0.0, lines as usize)?,
+                (origin, _) => (spacing, origin.unwrap_or_default()),
+            }
         }
     };
     let (heights, datum) = samples::heights(&data, &array)?;
@@ -203,15 +207,33 @@ fn spacing_of(label: &Element) -> Result<[f64; 2], HeightsError> {
     Ok([one(ex, x)?, one(ey, y)?])
 }
 
-/// Returns the south-west node (m), from the corner of the north-west pixel.
-fn origin_of(label: &Element, s: [f64; 2], lines: u64) -> Result<[f64; 2], HeightsError> {
+/// Returns the projection of the cartography if it is equidistant cylindrical.
+fn cylindrical(label: &Element) -> Result<Option<Projection>, HeightsError> {
+    let name = inside(label, "map_projection_name").map(|e| e.text.to_lowercase());
+    if !matches!(name.as_deref(), Some("equirectangular" | "simple cylindrical")) {
+        return Ok(None);
+    }
+    let radius = ["a_axis_radius", "semi_major_radius"].iter().find_map(|n| inside(label, n));
+    let Some(e) = radius else { return Ok(None) };
+    let place = format!("line {}", e.line);
+    let radius = length(&place, number::<f64>(e)? * units::metres(&place, unit(e))?)?;
+    let angle = |name: &str| -> Result<f64, HeightsError> {
+        inside(label, name).map_or(Ok(0.0), |e| number::<f64>(e).map(f64::to_radians))
+    };
+    let parallel = angle("standard_parallel_1")?;
+    let origin = angle("latitude_of_projection_origin")?;
+    Ok(Some(Projection::Cylindrical { radius, parallel, origin }))
+}
+
+/// Returns the south-west node (m), from the corner of the north-west pixel, if the label contains it.
+fn origin_of(label: &Element, s: [f64; 2], lines: u64) -> Result<Option<[f64; 2]>, HeightsError> {
     let axis = |name: &str| {
         let Some(e) = inside(label, name) else { return Ok::<_, HeightsError>(None) };
         let metre = units::metres(&format!("line {}", e.line), unit(e))?;
         Ok(Some(number::<f64>(e)? * metre).filter(|x: &f64| x.is_finite()))
     };
     Ok(match (axis("upperleft_corner_x")?, axis("upperleft_corner_y")?) {
-        (Some(x), Some(y)) => [x + 0.5 * s[0], y - (lines as f64 - 0.5) * s[1]],
-        _ => [0.0, 0.0],
+        (Some(x), Some(y)) => Some([x + 0.5 * s[0], y - (lines as f64 - 0.5) * s[1]]),
+        _ => None,
     })
 }

@@ -2,6 +2,7 @@
 
 use super::HeightsError;
 use super::degrees::Ellipsoid;
+use super::projection::{self, Projection};
 
 /// Returns the length in metres of a unit, with names of labels and bands: `METERS`, `m/pixel`, `KM`, `US survey foot`.
 pub(super) fn metres(place: &str, unit: &str) -> Result<f64, HeightsError> {
@@ -51,8 +52,8 @@ pub(super) struct WellKnown {
 /// Horizontal coordinates in well-known text.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Horizontal {
-    /// Lengths; their unit in metres.
-    Lengths(f64),
+    /// Lengths: their unit in metres, and a projection that stretches them with its false northing.
+    Lengths(f64, Option<(Projection, f64)>),
     /// Degrees on an ellipsoid, if the text specifies one.
     Degrees(Option<Ellipsoid>),
 }
@@ -63,11 +64,15 @@ pub(super) fn well_known(text: &str) -> Result<WellKnown, HeightsError> {
     let vertical = node(&upper, &["VERTCS[", "VERT_CS[", "VERTCRS[", "VERTICALCRS["]);
     let vertical = vertical.map_or(Ok(1.0), unit)?;
     if let Some(projected) = node(&upper, &["PROJCS[", "PROJCRS[", "PROJECTEDCRS["]) {
-        return Ok(WellKnown { horizontal: Horizontal::Lengths(unit(projected)?), vertical });
+        let projection = projection::of_text(projected, ellipsoid(projected));
+        return Ok(WellKnown {
+            horizontal: Horizontal::Lengths(unit(projected)?, projection),
+            vertical,
+        });
     }
     let geographic = node(&upper, &["GEOGCS[", "GEOGCRS[", "GEOGRAPHICCRS[", "GEODCRS["]);
     let horizontal = match geographic {
-        None => Horizontal::Lengths(1.0),
+        None => Horizontal::Lengths(1.0, None),
         Some(inner) => Horizontal::Degrees(ellipsoid(inner)),
     };
     Ok(WellKnown { horizontal, vertical })
@@ -136,7 +141,7 @@ mod tests {
     fn the_unit_of_a_projection_is_not_that_of_its_angles() {
         let feet = r#"PROJCS["x",GEOGCS["y",DATUM["d",SPHEROID["s",1,2]],PRIMEM["g",0],UNIT["Degree",0.0174532925]],PROJECTION["p"],UNIT["Foot_US",0.3048006]]"#;
         let lengths = |horizontal, vertical| WellKnown {
-            horizontal: Horizontal::Lengths(horizontal),
+            horizontal: Horizontal::Lengths(horizontal, None),
             vertical,
         };
         assert_eq!(well_known(feet).unwrap(), lengths(0.3048006, 1.0));

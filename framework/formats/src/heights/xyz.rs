@@ -28,7 +28,9 @@ pub(super) fn points(bytes: &[u8], options: &HeightsOptions) -> Result<Heights, 
             ));
         }
         let line = line.trim();
-        if line.is_empty() || line.starts_with('#') || line.starts_with("//") {
+        // Spreadsheet programs write separators in rows without content.
+        let empty = line.trim_matches([',', ';', ' ', '\t']).is_empty();
+        if empty || line.starts_with('#') || line.starts_with("//") {
             continue;
         }
         let decimal_comma = line.contains(';');
@@ -50,7 +52,7 @@ pub(super) fn points(bytes: &[u8], options: &HeightsOptions) -> Result<Heights, 
                 return Err(HeightsError::at(
                     format!("line {}", at + 1),
                     "it is not a point".to_string(),
-                    "write three numbers per line: x, y and height",
+                    "write three numbers per line: x, y and height, separated by semicolons if they have a decimal comma",
                 ));
             }
         }

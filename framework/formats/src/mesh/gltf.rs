@@ -16,6 +16,7 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Vec<Vec3>, String> {
         true => parts(bytes)?,
         false => (bytes, None),
     };
+    let json = json.strip_prefix(crate::read::BYTE_ORDER_MARK).unwrap_or(json);
     let json: Value = serde_json::from_slice(json).map_err(|e| format!("its JSON: {e}"))?;
     let version = json["asset"]["version"].as_str().unwrap_or("none");
     if !version.starts_with("2.") {

@@ -20,7 +20,9 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
             Some("v") => {
                 let numbers: Vec<f64> = words.map_while(|w| w.parse().ok()).collect();
                 let [x, y, z, ..] = numbers[..] else {
-                    return Err(wrong("a vertex must have three numbers"));
+                    return Err(wrong(
+                        "a vertex must have three numbers with a decimal point, separated by blanks",
+                    ));
                 };
                 vertices.push(Vec3::new(x, y, z));
             }

@@ -1,4 +1,5 @@
 //! Triangles of an STL file, binary or text: collision geometry. Normals and attributes are not used.
+use crate::read::BYTE_ORDER_MARK;
 use linkwork_spatial::Vec3;
 
 /// Returns the corners of the triangles, three for each, as written.
@@ -56,7 +57,7 @@ fn with_attributes(bytes: &[u8], count: usize) -> Vec<Vec3> {
 
 /// Returns whether a file is a text STL: the word `solid` at the start, and the word `facet` after it.
 fn has_facets(bytes: &[u8]) -> bool {
-    let start = bytes.trim_ascii_start();
+    let start = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes).trim_ascii_start();
     let solid = start.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
     // The name of a solid is short, so a text file has a facet here; a binary file has triangles.
     let head = &start[..start.len().min(1000)];
@@ -65,6 +66,7 @@ fn has_facets(bytes: &[u8]) -> bool {
 
 fn text(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
     // The name of the solid may have any encoding.
+    let bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
     let text = String::from_utf8_lossy(bytes);
     let solid = text.trim_start().get(..5).is_some_and(|w| w.eq_ignore_ascii_case("solid"));
     if !solid {
@@ -78,7 +80,10 @@ fn text(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
         }
         let numbers: Vec<f64> = words.map_while(|w| w.parse().ok()).collect();
         let [x, y, z] = numbers[..] else {
-            return Err(format!("line {}: a vertex must have three numbers", k + 1));
+            return Err(format!(
+                "line {}: a vertex must have three numbers with a decimal point, separated by blanks",
+                k + 1
+            ));
         };
         out.push(Vec3::new(x, y, z));
     }
@@ -119,6 +124,7 @@ mod tests {
         let mut latin = b"solid Geh\xe4use".to_vec();
         latin.extend(&TEXT.as_bytes()[7..]);
         assert_eq!(read(&latin), want);
+        assert_eq!(read(format!("\u{feff}{TEXT}").as_bytes()), want);
         let corner = |x: f32| [x, 0.0, 1.0].map(f32::to_le_bytes).concat();
         let mut bytes = vec![b'x'; 80];
         bytes.extend(1u32.to_le_bytes());

@@ -76,6 +76,19 @@ impl Default for Values<'_> {
     }
 }
 
+/// Actuators that are not converted, with the reason or a remedy.
+const ALTERNATIVES: [(&str, &str); 6] = [
+    ("muscle", "write a <general> with a gain and a bias for the force"),
+    (
+        "adhesion",
+        "no model pulls a body towards the surface that it touches; connect the bodies by a phase that adds a hinge",
+    ),
+    ("dcmotor", "add `actuators.dc_motor`"),
+    ("pid", "write a <position> or an <intvelocity>, or add a controller to the simulation"),
+    ("orientation", "add `actuators.ball_drive`"),
+    ("plugin", "add a part of the simulation that computes its force"),
+];
+
 /// Attributes for the target of an actuator, with the reason if it is not supported.
 const TRANSMISSIONS: [(&str, Option<&str>); 6] = [
     ("joint", None),
@@ -83,7 +96,7 @@ const TRANSMISSIONS: [(&str, Option<&str>); 6] = [
     ("tendon", None),
     ("site", None),
     ("cranksite", Some("`cranksite`: an actuator with a crank; model the crank as a loop")),
-    ("body", Some("`body`: an actuator on a body")),
+    ("body", Some("`body`: an actuator on a body; use an actuator on a site of it")),
 ];
 
 impl<'e> Mj<'e> {
@@ -99,10 +112,10 @@ impl<'e> Mj<'e> {
         for e in root.all("actuator").flat_map(|list| &list.children) {
             count += 1;
             if !ACTUATORS.contains(&e.name.as_str()) {
-                // Other actuators are listed with the unused elements.
-                if e.name == "adhesion" {
+                // Elements that are not part of the format are listed with the unused elements.
+                if let Some((_, why)) = ALTERNATIVES.iter().find(|(k, _)| *k == e.name) {
                     e.touch_all();
-                    let note = "element <adhesion>: no model pulls a body towards the surface that it touches";
+                    let note = format!("element <{}>: {why}", e.name);
                     cx.ignored.push(e.ignored(format!("mujoco/actuator/{}", e.label()), note));
                 }
                 continue;
@@ -156,7 +169,10 @@ impl<'e> Mj<'e> {
         }
         if key != "tendon" {
             return match self.joints.get(target) {
-                Some(j) if !j.scalar => Err("it acts on a ball or free joint".into()),
+                Some(j) if !j.scalar => {
+                    Err("it acts on a ball or free joint; use an actuator on a site of its body"
+                        .into())
+                }
                 _ => {
                     let sum = self.joint_sum(cx, target, e.place_of(key), what, lengths);
                     Ok(sum.map(|s| Length::Joints(s.terms)))
@@ -165,9 +181,9 @@ impl<'e> Mj<'e> {
         }
         match lengths.tendon(target) {
             Some(length) => Ok(Some(length)),
-            None if lengths.unread.contains(target) => {
-                Err(format!("its tendon `{target}` is not supported"))
-            }
+            None if lengths.unread.contains(target) => Err(format!(
+                "its tendon `{target}` is not supported; the warning about the tendon has a remedy"
+            )),
             None => {
                 cx.unknown(e.place_of(key), what, "tendon", target, lengths.names());
                 Ok(None)
@@ -202,7 +218,9 @@ impl<'e> Mj<'e> {
                 .zip(self.elements.get(base))
                 .is_some_and(|(b, e)| holds_body(e, self.elements.get(b).copied()));
         if !inboard {
-            return Err(format!("`refsite`: `{base}` does not carry the body of `{site}`"));
+            return Err(format!(
+                "`refsite`: `{base}` does not carry the body of `{site}`; move the reference site to the world or to a body that carries it"
+            ));
         }
         Ok(Some(Length::Wrench { gear, site: on, reference: Some(reference) }))
     }
@@ -434,7 +452,9 @@ impl<'e> Values<'e> {
         if let Some(kind) = e.attr("gaintype") {
             self.gain_affine = kind == "affine";
             self.beyond = if beyond(kind) {
-                Some("its `gaintype` is not fixed or affine")
+                Some(
+                    "its `gaintype` is not fixed or affine; add a part of the simulation with its force",
+                )
             } else {
                 self.beyond
             };
@@ -442,7 +462,9 @@ impl<'e> Values<'e> {
         if let Some(kind) = e.attr("biastype") {
             self.bias_affine = kind == "affine";
             self.beyond = if beyond(kind) {
-                Some("its `biastype` is not none or affine")
+                Some(
+                    "its `biastype` is not none or affine; add a part of the simulation with its force",
+                )
             } else {
                 self.beyond
             };
@@ -457,8 +479,9 @@ impl<'e> Values<'e> {
             match known.iter().find(|(name, _)| *name == kind) {
                 Some((_, dynamics)) => self.dynamics = *dynamics,
                 None => {
-                    self.beyond =
-                        Some("its `dyntype` is not none, integrator, filter or filterexact")
+                    self.beyond = Some(
+                        "its `dyntype` is not none, integrator, filter or filterexact; add a part of the simulation with its activation",
+                    )
                 }
             }
         }

@@ -71,7 +71,7 @@ pub fn read_mjcf(text: &str, options: &ReadOptions) -> Result<Description, Forma
     let mut lengths = mj.tendons(&mut cx, &root, &mut d);
     mj.equalities(&mut cx, &root, &lengths, &mut d);
     mj.actuators(&mut cx, &root, &mut lengths, &mut d);
-    mj.sensors(&mut cx, &root, &lengths, &mut d);
+    mj.sensors(&mut cx, &root, &mut lengths, &mut d);
     mj.gravity_compensation(&mut cx, &mut d);
     let place = |body: &str| mj.elements.get(body).map(|e| (*e, format!("mujoco/{}", e.label())));
     report_massless(&mut cx, &d.builder, place);

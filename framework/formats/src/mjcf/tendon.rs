@@ -45,6 +45,8 @@ pub(super) struct Lengths<'e> {
 
 /// Default time constant (s) and largest impedance of MuJoCo's limits.
 const LIMIT: [f64; 2] = [0.02, 0.95];
+/// Length of a line (m) below which its direction is round-off.
+const NO_LENGTH: f64 = 1e-12;
 
 impl Lengths<'_> {
     /// Returns the coordinate of a joint.
@@ -117,7 +119,9 @@ fn jacobian(length: &Length, mbs: &Multibody, moving: &Moving) -> Option<DVector
                 sites.iter().map(|f| place(f, mbs, &moving.poses)).collect();
             for pair in places?.windows(2) {
                 let step = pair[1].1 - pair[0].1;
-                let direction = if step.norm() > 0.0 { step.normalize() } else { step };
+                // The direction of a line without length is round-off.
+                let length = step.norm();
+                let direction = if length > NO_LENGTH { step / length } else { Vec3::zeros() };
                 for (sign, (body, p)) in [(-gear, pair[0]), (*gear, pair[1])] {
                     for k in mbs.ancestors(body).flat_map(|a| mbs.get(a).v()) {
                         let (w, v) = (column(k, 0), column(k, 3));
@@ -234,8 +238,14 @@ impl<'e> Mj<'e> {
     ) -> Option<Vec<DeviceFrame>> {
         if let Some(other) = e.children.iter().find(|c| c.name != "site") {
             e.touch_all();
+            let remedy = match other.name.as_str() {
+                "pulley" => {
+                    "write each branch as a separate tendon, and let its actuator have the gear divided by `divisor`"
+                }
+                _ => "replace the geom by sites along the path around it",
+            };
             let note = format!(
-                "a spatial tendon with a <{}> is not supported: only straight lines from site to site are; a line over further sites comes near to one around a geom",
+                "a spatial tendon with a <{}> is not supported, because tendons are straight from site to site; {remedy}",
                 other.name
             );
             cx.ignored.push(other.ignored(what, note));
@@ -318,7 +328,7 @@ impl<'e> Mj<'e> {
             match lengths.inertia(&length, d) {
                 Some(m) => limit = [m / (impedance * time).powi(2), 2.0 * m / (impedance * time)],
                 None => {
-                    let note = "attribute range: the mass matrix cannot be inverted, so the limits have no force";
+                    let note = "attribute range: the mass matrix cannot be inverted, so the limits have no force; give all moving bodies mass, or use limits of joints";
                     cx.ignored.push(e.ignored(what, note));
                 }
             }

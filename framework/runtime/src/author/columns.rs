@@ -4,8 +4,8 @@
 //! (file: "drag.csv", columns: ["0 deg", "5 deg"])  a list of rows, one for each line of the file
 //! ```
 //! The first line names the columns, each with its unit in brackets: `time [s], left front [deg]`; a column without a unit is in SI. Lines that
-//! begin with `#` are comments. Columns are separated by commas; if the first line has semicolons or tabs and no commas, by those, and numbers may
-//! then have a decimal comma. A byte order mark is skipped.
+//! begin with `#` are comments. Columns are separated by commas, semicolons or tabs; if they are not separated by commas, numbers may have a decimal
+//! comma. A byte order mark, a line `sep=;` and rows without any content, which spreadsheet programs write, are skipped.
 
 use crate::author::params::{Param, ParamSpec, ReadCx, list};
 use crate::author::value::{Located, Origin, Value, remedy};
@@ -31,41 +31,98 @@ fn heading(text: &str) -> (String, Option<String>) {
     }
 }
 
-/// Finds the separator of the columns of a text from its first line that is not a comment.
-pub fn separator(text: &str) -> u8 {
-    let first = text.lines().find(|l| !l.trim().is_empty() && !l.starts_with('#')).unwrap_or("");
-    match (first.contains(','), first.contains(';'), first.contains('\t')) {
-        (true, _, _) => b',',
-        (_, true, _) => b';',
-        (_, _, true) => b'\t',
-        _ => b',',
+/// The cells of a CSV text.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Records {
+    /// Cells of the first line.
+    pub titles: Vec<String>,
+    /// Line number in the text, from 1, and cells of each row. Rows without any content are left out.
+    pub rows: Vec<(u64, Vec<String>)>,
+    /// Numbers may have a decimal comma, because columns are not separated by commas.
+    pub decimal_comma: bool,
+}
+
+impl Records {
+    /// Reads a text; `comment` begins lines that are skipped. A byte order mark and a first line `sep=;`, both of which spreadsheet programs write,
+    /// are skipped.
+    ///
+    /// # Errors
+    /// Rows have different numbers of cells; the error names the line and the remedy.
+    pub fn parse(text: &str, comment: Option<u8>) -> Result<Records, String> {
+        let whole = text;
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let stated = text.lines().next().and_then(|l| l.trim_end().strip_prefix("sep="));
+        let stated = stated.filter(|s| s.len() == 1).and_then(|s| s.bytes().next());
+        let text = match stated {
+            Some(_) => text.split_once('\n').map_or("", |(_, rest)| rest),
+            None => text,
+        };
+        let separator = stated.unwrap_or_else(|| separator(text, comment));
+        let mut reader = csv::ReaderBuilder::new()
+            .delimiter(separator)
+            .comment(comment)
+            .trim(csv::Trim::All)
+            .flexible(true)
+            .from_reader(text.as_bytes());
+        let titles: Vec<String> =
+            reader.headers().map_err(|e| e.to_string())?.iter().map(String::from).collect();
+        let (mut rows, mut line, mut counted) = (Vec::new(), 1, 0);
+        for record in reader.records() {
+            let record = record.map_err(|e| e.to_string())?;
+            if record.iter().all(str::is_empty) {
+                continue;
+            }
+            // A position may precede the end of the line before, and blank lines.
+            let at = whole.len() - text.len() + record.position().map_or(0, |p| p.byte() as usize);
+            let begin = |c: char| !c.is_whitespace();
+            let at = at + whole.get(at..).and_then(|rest| rest.find(begin)).unwrap_or(0);
+            let between = whole.as_bytes().get(counted..at).unwrap_or_default();
+            line += between.iter().filter(|c| **c == b'\n').count() as u64;
+            counted = at;
+            if record.len() != titles.len() {
+                let (found, wanted) = (record.len(), titles.len());
+                let help = match separator {
+                    b',' if found == 2 * wanted => {
+                        "; separate columns by semicolons if numbers have a decimal comma"
+                    }
+                    _ => "",
+                };
+                return Err(format!("line {line} has {found} cells, not {wanted}{help}"));
+            }
+            rows.push((line, record.iter().map(String::from).collect()));
+        }
+        Ok(Records { titles, rows, decimal_comma: separator != b',' })
     }
+}
+
+/// Finds the separator of the columns of a text: the first of semicolon, tab and comma that is equally often in the first two lines, or else the one
+/// that is in the first line.
+fn separator(text: &str, comment: Option<u8>) -> u8 {
+    let content =
+        |l: &&str| !l.trim().is_empty() && comment.is_none_or(|c| l.as_bytes().first() != Some(&c));
+    let mut lines = text.lines().filter(content);
+    let (first, second) = (lines.next().unwrap_or(""), lines.next().unwrap_or(""));
+    let count = |line: &str, c: u8| line.bytes().filter(|b| *b == c).count();
+    let known = [b';', b'\t', b','];
+    let both = |c: &&u8| count(first, **c) > 0 && count(first, **c) == count(second, **c);
+    let one = |c: &&u8| count(first, **c) > 0;
+    let found = known.iter().find(both).or_else(|| known.iter().rev().find(one));
+    found.copied().unwrap_or(b',')
 }
 
 impl Columns {
     /// Reads a text; the error names the line.
     ///
     /// # Errors
-    /// Rows have different lengths, or there is no row.
+    /// Rows have different lengths, or the text has only headings.
     pub fn parse(file: &str, text: &str) -> Result<Columns, String> {
-        let separator = separator(text);
-        let mut reader = csv::ReaderBuilder::new()
-            .delimiter(separator)
-            .comment(Some(b'#'))
-            .trim(csv::Trim::All)
-            .from_reader(text.as_bytes());
-        let told = |e: csv::Error| format!("{file}: {e}");
-        let headings = reader.headers().map_err(told)?.iter().map(heading).collect();
-        let mut records = Vec::new();
-        for record in reader.records() {
-            let record = record.map_err(told)?;
-            let line = record.position().map_or(0, csv::Position::line);
-            records.push((line, record.iter().map(String::from).collect()));
-        }
-        if records.is_empty() {
+        let records = Records::parse(text, Some(b'#')).map_err(|e| format!("{file}: {e}"))?;
+        let headings = records.titles.iter().map(|t| heading(t)).collect();
+        if records.rows.is_empty() {
             return Err(format!("{file} has no rows below its headings"));
         }
-        Ok(Columns { file: file.into(), headings, records, decimal_comma: separator != b',' })
+        let (records, decimal_comma) = (records.rows, records.decimal_comma);
+        Ok(Columns { file: file.into(), headings, records, decimal_comma })
     }
 
     /// Name and unit of each column.
@@ -254,4 +311,54 @@ pub(crate) fn read_list<T: Param>(
         out.push(read?);
     }
     Some(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A table in the forms in which spreadsheet programs of several countries write it.
+    #[test]
+    fn a_table_is_the_same_with_every_separator_and_line_end() {
+        let plain = "time [s],y\n0.5,-1.25\n2,3e-1\n";
+        let german = "time [s];y\n0,5;-1,25\n2;3e-1\n";
+        let want = Records::parse(plain, Some(b'#')).unwrap();
+        assert_eq!(want.titles, ["time [s]", "y"]);
+        assert_eq!(want.rows[1], (3, vec!["2".to_string(), "3e-1".to_string()]));
+        for (text, first) in [
+            (format!("\u{feff}{plain}"), 2),
+            (plain.replace('\n', "\r\n"), 2),
+            (plain.replace(',', "\t"), 2),
+            (format!("{plain}\n  \n,\n"), 2),
+            (format!("# a; b\n{plain}"), 3),
+            (german.to_string(), 2),
+            (format!("\u{feff}sep=;\r\n{}", german.replace('\n', "\r\n")), 3),
+            (format!("{german};\n;\n"), 2),
+            // A comma in a title is not a separator.
+            (german.replace("time [s]", "time, from launch [s]"), 2),
+            (plain.replace("\n0", "\n\n0"), 3),
+        ] {
+            let found =
+                Records::parse(&text, Some(b'#')).unwrap_or_else(|e| panic!("{text:?}: {e}"));
+            assert_eq!(found.rows.len(), 2, "{text:?}");
+            assert_eq!(found.rows[0].0, first, "{text:?}");
+            let table = Columns::parse("t.csv", &text).unwrap();
+            let cell = |row, k| match table.cell(row, k, Origin::NONE).value {
+                Value::Number(x) => x,
+                Value::Text(t) => t.trim_end_matches(" s").parse().unwrap(),
+                other => panic!("{other:?}"),
+            };
+            assert_eq!(
+                [cell(0, 0), cell(0, 1), cell(1, 0), cell(1, 1)],
+                [0.5, -1.25, 2.0, 0.3],
+                "{text:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_decimal_comma_between_commas_is_named_with_its_line() {
+        let e = Columns::parse("t.csv", "a,b\r\n1,2\r\n0,5,1,5\r\n").unwrap_err();
+        assert!(e.contains("line 3 has 4 cells, not 2") && e.contains("semicolons"), "{e}");
+    }
 }

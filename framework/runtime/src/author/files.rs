@@ -93,13 +93,10 @@ impl Files {
         if path.metadata().is_ok_and(|m| !m.is_file()) {
             return Err(crate::BuildError::new(format!("`{name}` is not a file")));
         }
-        let fault = |e| crate::BuildError::new(format!("the file `{name}` cannot be read: {e}"));
-        let mut text = std::fs::read_to_string(path).map_err(fault)?;
-        // Spreadsheet programs and some editors write a byte order mark.
-        if text.starts_with('\u{feff}') {
-            text.remove(0);
-        }
-        Ok(text)
+        let fault =
+            |e: String| crate::BuildError::new(format!("the file `{name}` cannot be read: {e}"));
+        let bytes = std::fs::read(path).map_err(|e| fault(e.to_string()))?;
+        text_of_bytes(bytes).map_err(fault)
     }
 
     /// Returns the first existing match without adding it to the plan's hash. The error lists the searched folders.
@@ -116,6 +113,20 @@ impl Files {
         Err(crate::BuildError::new(format!("there is no file `{name}`"))
             .help(format!("folders tried: {}", tried.join(", "))))
     }
+}
+
+/// Converts the bytes of a file to text, without the byte order mark that spreadsheet programs and some editors write.
+///
+/// # Errors
+/// The bytes are not UTF-8; the error names UTF-16 and the remedy.
+pub fn text_of_bytes(mut bytes: Vec<u8>) -> Result<String, String> {
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+        return Err("it is a text in UTF-16; save it as UTF-8".into());
+    }
+    if bytes.starts_with("\u{feff}".as_bytes()) {
+        bytes.drain(..3);
+    }
+    String::from_utf8(bytes).map_err(|e| format!("it is not a text in UTF-8: {}", e.utf8_error()))
 }
 
 /// File size in bytes above which the fingerprint uses samples of the content.

@@ -214,7 +214,9 @@ pub(super) fn columns<const N: usize>(
     names: [&str; N],
     skip: usize,
 ) -> Result<Vec<(usize, [f64; N])>, WorldError> {
-    let mut lines = text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty());
+    // Spreadsheet programs write separators in rows without content.
+    let content = |l: &str| !l.trim_matches([',', ';', ' ', '\t']).is_empty();
+    let mut lines = text.lines().enumerate().filter(|(_, l)| content(l));
     let heads = lines.next().map(|(_, l)| words(l)).unwrap_or_default();
     let mut places = [0; N];
     for (place, name) in places.iter_mut().zip(names) {

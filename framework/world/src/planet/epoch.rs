@@ -1,7 +1,7 @@
 //! Points in time and astronomical time scales. The only module that depends on hifitime.
 //!
 //! ```text
-//! TAI  atoms                        UTC = TAI − leap seconds
+//! TAI  atoms                        UTC = TAI − leap seconds; from 1960 to 1972 with a drift: see `early`
 //! TT = TAI + 32.184 s               Earth's precession and nutation
 //! TDB = TT + up to 1.7 ms           ephemerides; pole and meridian of other planets
 //! UT1 = UTC + ΔUT1                  turn of the Earth: see `rotation::Earth`
@@ -24,6 +24,43 @@ pub const JD_J2000: f64 = 2_451_545.0;
 const NO_LEAP_SECOND: &str =
     "second 60 exists only in UTC, in minutes with a leap second, such as 2016-12-31 23:59:60";
 
+const BEFORE_UTC: &str =
+    "UTC begins in 1960; write the date in TT or TAI, such as 1957-10-04 19:29:00 TT";
+
+/// Modified Julian date of 1900-01-01, from which hifitime counts, and of 1972-01-01.
+const MJD_1900: f64 = 15_020.0;
+const MJD_1972: f64 = 41_317.0;
+
+/// TAI − UTC before 1972 (IERS, `UTC-TAI.history`): first modified Julian date, offset (s), reference date of the drift, drift (s/day).
+const EARLY: [[f64; 4]; 14] = [
+    [36_934.0, 1.417_818_0, 37_300.0, 0.001_296_0],
+    [37_300.0, 1.422_818_0, 37_300.0, 0.001_296_0],
+    [37_512.0, 1.372_818_0, 37_300.0, 0.001_296_0],
+    [37_665.0, 1.845_858_0, 37_665.0, 0.001_123_2],
+    [38_334.0, 1.945_858_0, 37_665.0, 0.001_123_2],
+    [38_395.0, 3.240_130_0, 38_761.0, 0.001_296_0],
+    [38_486.0, 3.340_130_0, 38_761.0, 0.001_296_0],
+    [38_639.0, 3.440_130_0, 38_761.0, 0.001_296_0],
+    [38_761.0, 3.540_130_0, 38_761.0, 0.001_296_0],
+    [38_820.0, 3.640_130_0, 38_761.0, 0.001_296_0],
+    [38_942.0, 3.740_130_0, 38_761.0, 0.001_296_0],
+    [39_004.0, 3.840_130_0, 38_761.0, 0.001_296_0],
+    [39_126.0, 4.313_170_0, 39_126.0, 0.002_592_0],
+    [39_887.0, 4.213_170_0, 39_126.0, 0.002_592_0],
+];
+
+/// Returns TAI − UTC (s) at a modified Julian date (UTC) before 1972; `None` before 1960.
+fn early(mjd: f64) -> Option<f64> {
+    let row = EARLY.partition_point(|r| r[0] <= mjd).checked_sub(1)?;
+    let [_, offset, reference, drift] = EARLY[row];
+    Some(offset + (mjd - reference) * drift)
+}
+
+/// Returns a duration (s) that is rounded to nanoseconds. hifitime truncates, which would show 39.999999999 s for 40 s.
+fn rounded(seconds: f64) -> hifitime::Duration {
+    hifitime::Duration::from_total_nanoseconds((seconds * 1e9).round() as i128)
+}
+
 /// Returns the index of `:60` in a date if it is the second.
 fn second_60(text: &str) -> Option<usize> {
     let at = text.match_indices(':').nth(1)?.0;
@@ -35,16 +72,49 @@ impl Epoch {
     /// Reads `2012-08-06 05:17:57 UTC`. The time scale at the end may also be TAI, TT, TDB or GPST; the default is UTC. A leap second is second 60.
     ///
     /// # Errors
-    /// The text is not a date, or it has second 60 in a minute without a leap second. The error includes the text.
+    /// The text is not a date, is in UTC before 1960, or has second 60 in a minute without a leap second. The error includes the text.
     pub fn parse(text: &str) -> Result<Self, WorldError> {
         let wrong = |fact: String| WorldError::Epoch { text: text.to_string(), fact };
-        let read = |text: &str| hifitime::Epoch::from_str(text).map_err(|e| wrong(e.to_string()));
+        let read = |text: &str| -> Result<(Self, bool), WorldError> {
+            let date = hifitime::Epoch::from_str(text).map_err(|e| wrong(e.to_string()))?;
+            let utc = date.time_scale == TimeScale::UTC;
+            let epoch = if utc { Self::from_utc(date) } else { Some(Self(date)) };
+            Ok((epoch.ok_or_else(|| wrong(BEFORE_UTC.to_string()))?, utc))
+        };
         let text = text.trim();
         // hifitime treats second 60 of any minute as second 59.
-        let Some(at) = second_60(text) else { return read(text).map(Self) };
-        let before = read(&format!("{}:59{}", &text[..at], &text[at + 3..]))?;
-        let leap = (before.time_scale == TimeScale::UTC).then(|| Self(before).leap_second());
+        let Some(at) = second_60(text) else { return read(text).map(|(epoch, _)| epoch) };
+        let (before, utc) = read(&format!("{}:59{}", &text[..at], &text[at + 3..]))?;
+        let leap = utc.then(|| before.leap_second());
         leap.flatten().ok_or_else(|| wrong(NO_LEAP_SECOND.to_string()))
+    }
+
+    /// Converts a date in UTC; `None` before 1960. hifitime assumes TAI − UTC = 0 before 1972.
+    fn from_utc(date: hifitime::Epoch) -> Option<Self> {
+        let tai = date.to_tai_duration();
+        let mjd = MJD_1900 + tai.to_seconds() / 86400.0;
+        if mjd >= MJD_1972 {
+            return Some(Self(date));
+        }
+        let tai = tai + rounded(early(mjd)?);
+        Some(Self(hifitime::Epoch::from_tai_duration(tai)))
+    }
+
+    /// Returns TAI − UTC (s) before 1972, 0 before 1960; `None` from 1972 on.
+    fn early_offset(&self) -> Option<f64> {
+        let mjd = MJD_1900 + self.0.to_tai_duration().to_seconds() / 86400.0;
+        let utc = mjd - early(mjd - 10.0 / 86400.0).unwrap_or(0.0) / 86400.0;
+        (utc < MJD_1972).then(|| early(utc).unwrap_or(0.0))
+    }
+
+    /// Returns the instant whose date of hifitime is the date in UTC.
+    fn date(&self) -> hifitime::Epoch {
+        match self.early_offset() {
+            None => self.0,
+            Some(offset) => {
+                hifitime::Epoch::from_tai_duration(self.0.to_tai_duration() - rounded(offset))
+            }
+        }
     }
 
     /// Returns the epoch one second later if it is within a leap second.
@@ -56,7 +126,7 @@ impl Epoch {
     /// Creates an epoch from a UTC date; `second` may have a fraction, down to nanoseconds.
     ///
     /// # Errors
-    /// A date that does not exist.
+    /// A date that does not exist, or is before 1960.
     pub fn utc(
         year: i32,
         month: u8,
@@ -76,8 +146,8 @@ impl Epoch {
         let whole = second.floor().min(59.0) as u8;
         let read =
             hifitime::Epoch::maybe_from_gregorian(year, month, day, hour, minute, whole, ns, scale)
-                .map(Self)
                 .map_err(|e| wrong(e.to_string()))?;
+        let read = Self::from_utc(read).ok_or_else(|| wrong(BEFORE_UTC.to_string()))?;
         match leap {
             true => read.leap_second().ok_or_else(|| wrong(NO_LEAP_SECOND.to_string())),
             false => Ok(read),
@@ -87,7 +157,8 @@ impl Epoch {
     /// Returns midnight (UTC) of a modified Julian date, whole days.
     #[must_use]
     pub fn of_mjd(days: i64) -> Self {
-        Self(hifitime::Epoch::from_mjd_utc(days as f64))
+        let date = hifitime::Epoch::from_mjd_utc(days as f64);
+        Self::from_utc(date).unwrap_or(Self(date))
     }
 
     /// Returns J2000: 2000-01-01 12:00 TT.
@@ -125,9 +196,12 @@ impl Epoch {
         (day, fraction + (dut1 - self.tt_minus_utc()) / 86400.0)
     }
 
-    /// Returns TT − UTC, s: leap seconds plus 32.184. Before 1972 UTC is assumed to be TAI − 10 s.
+    /// Returns TT − UTC, s: leap seconds plus 32.184, and from 1960 to 1972 the offset of that time. Before 1960 UTC is assumed to be TAI.
     #[must_use]
     pub fn tt_minus_utc(&self) -> f64 {
+        if let Some(offset) = self.early_offset() {
+            return offset + 32.184;
+        }
         // hifitime compares its TAI count with UTC dates and is half a minute early, so pass UTC.
         let leap = |count: hifitime::Duration| {
             hifitime::Epoch::from_tai_duration(count).leap_seconds(true).unwrap_or(10.0)
@@ -148,7 +222,7 @@ impl Epoch {
     /// Returns the year with its fraction, UTC: 2020.5 is 2020-07-02 00:00.
     #[must_use]
     pub fn decimal_year(&self) -> f64 {
-        let (year, ..) = self.0.to_gregorian(TimeScale::UTC);
+        let (year, ..) = self.date().to_gregorian(TimeScale::UTC);
         let (day, second) = self.utc_day_and_second();
         let leap = (year % 4 == 0 && year % 100 != 0) || year % 400 == 0;
         let days = if leap { 366.0 } else { 365.0 };
@@ -158,7 +232,7 @@ impl Epoch {
     /// Returns the day of the year (1 …) and the second of the day, UTC.
     #[must_use]
     pub fn utc_day_and_second(&self) -> (u32, f64) {
-        let (year, month, day, h, m, s, ns) = self.0.to_gregorian(TimeScale::UTC);
+        let (year, month, day, h, m, s, ns) = self.date().to_gregorian(TimeScale::UTC);
         let leap = (year % 4 == 0 && year % 100 != 0) || year % 400 == 0;
         let before = [0, 31, 59, 90, 120, 151, 181, 212, 243, 273, 304, 334];
         let month = usize::from(month);
@@ -170,7 +244,7 @@ impl Epoch {
 
 impl std::fmt::Display for Epoch {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.0.to_gregorian_str(TimeScale::UTC))
+        f.write_str(&self.date().to_gregorian_str(TimeScale::UTC))
     }
 }
 

@@ -160,7 +160,8 @@ impl Robot {
     /// Compute the time-optimal trajectory along a path, from rest to rest (time parameterization).
     ///
     /// Between the configurations of the path, all coordinates move linearly. Limits hold everywhere on the trajectory. Its duration exceeds the
-    /// optimum by a fraction that decreases as 1/sections. The robot's own q does not change.
+    /// optimum by a fraction that decreases as 1/sections. The robot's own q does not change. Joints that mimic others must follow them in every
+    /// configuration of the path; they have no motor, so their forces count at the joints that they follow.
     ///
     /// Parameters
     /// ----------

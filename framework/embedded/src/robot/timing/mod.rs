@@ -5,6 +5,7 @@
 //! rate           |q′_j| √x ≤ rate_j
 //! acceleration   |q′_j u + q″_j x| ≤ acceleration_j
 //! effort         |a_j u + b_j x + c_j| ≤ effort_j        a = M q′,  b = M q″ + C(q, q′),  c = g, including held objects
+//! couplings      a_i += Σ (∂q_d/∂q_i) a_d, a_d = 0, and so for b and c        d: a coordinate that follows others, such as a mimic joint
 //! in a section   u is constant:  x = x_i + 2 u (s − s_i)
 //! backward       K_i = {x: some u keeps all limits and leads into K_{i+1}},   K_N = {0}: an interval
 //! forward        x_0 = 0, the greatest u of each section
@@ -14,6 +15,7 @@
 //! where q″ jumps. Between these points a limit can be exceeded by an amount proportional to the square of the section's length. This excess is
 //! measured, and the motion is computed again with limits reduced by it.
 
+mod followers;
 mod limits;
 mod path;
 mod section;
@@ -23,6 +25,7 @@ pub use limits::MotionLimits;
 use super::Path;
 use super::{Robot, numbers};
 use crate::error::RobotError;
+use followers::Follower;
 use path::Geometry;
 use section::{Section, UNBOUNDED};
 
@@ -91,6 +94,8 @@ pub struct Timing {
     row: [Vec<f64>; 3],
     limits: MotionLimits,
     dynamic: bool,
+    /// Coordinates that linear couplings determine.
+    followers: Vec<Follower>,
 }
 
 impl Timing {
@@ -98,10 +103,8 @@ impl Timing {
     /// configuration are a coarse division, a hundred are a fine one. Allocates memory; later calls do not.
     ///
     /// # Errors
-    /// [`RobotError::OutOfRange`] for fewer than two configurations or fewer than eight sections for each configuration; [`RobotError::OpensClosure`]
-    /// for a model with loops or couplings.
+    /// [`RobotError::OutOfRange`] for fewer than two configurations or fewer than eight sections for each configuration.
     pub fn new(robot: &Robot, configurations: usize, sections: usize) -> Result<Self, RobotError> {
-        robot.model.open_tree("time parameterization of a path")?;
         if configurations < 2 {
             let (what, help) = ("configurations", "a path has at least two configurations");
             return Err(RobotError::OutOfRange { what, value: configurations as f64, help });
@@ -138,6 +141,7 @@ impl Timing {
             row: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
             limits: MotionLimits::of(&robot.model),
             dynamic: false,
+            followers: followers::of(robot.model.multibody()),
         })
     }
 
@@ -147,10 +151,15 @@ impl Timing {
     /// (Euclidean distance of coordinates, rad and m); call [`free`](Self::free) afterwards, because a rounded corner may touch something. The
     /// robot's own q has no effect; the objects in its hands do. The work is 21 inverse dynamics for each section.
     ///
+    /// A coordinate that a linear coupling determines, such as a joint that mimics another one, has no motor: its limits of rate and acceleration
+    /// apply, and its force acts on the coordinates that it follows, whose limits of effort apply. The configurations of the path must satisfy the
+    /// couplings.
+    ///
     /// # Errors
     /// [`RobotError::ForeignHandle`] for a robot of another size; [`RobotError::Length`]; [`RobotError::NotFinite`]; [`RobotError::NoRoom`] for more
     /// configurations or pieces than this object was created for; [`RobotError::OutOfRange`] for limits that are not positive, a negative `round`, a
-    /// path that moves ball or free hinges, and a path on which no limit bounds the speed. [`Timed::Infeasible`] is a result, not an error.
+    /// path that moves ball or free hinges, and a path on which no limit bounds the speed; [`RobotError::OpensClosure`] for a path that violates a
+    /// coupling or moves a loop or a coupling with higher powers. [`Timed::Infeasible`] is a result, not an error.
     pub fn plan(
         &mut self,
         robot: &mut Robot,
@@ -215,6 +224,10 @@ impl Timing {
                 let (value, help) = (x - path[at % self.nq], "move only pins, sliders and screws");
                 return Err(RobotError::OutOfRange { what, value, help });
             }
+        }
+        for at in 1..rows {
+            let row = |k: usize| &path[k * self.nq..(k + 1) * self.nq];
+            robot.model.opens_between(row(at - 1), row(at))?;
         }
         Ok(())
     }
@@ -286,6 +299,9 @@ impl Timing {
         for j in 0..nv {
             a[j] -= c[j];
             b[j] -= c[j];
+        }
+        for follower in &self.followers {
+            [&mut *a, &mut *b, &mut *c].into_iter().for_each(|forces| follower.hand_over(forces));
         }
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! Positions of the nodes of a GeoTIFF: its keys, tie point and scale or transformation.
 
 use super::super::degrees::{Ellipsoid, degrees_apart};
+use super::super::projection::Projection;
 use super::super::{HeightsError, HeightsOptions, epsg, length, units};
 use std::io::{Read, Seek};
 use tiff::decoder::Decoder;
@@ -40,6 +41,14 @@ const INVERSE_FLATTENING: u16 = 2059;
 const PROJECTED: u16 = 3072;
 const LINEAR: u16 = 3076;
 const LINEAR_SIZE: u16 = 3077;
+/// Method of a user-defined projection, its standard parallel, false northing, and two keys for the latitude of its origin.
+const METHOD: u16 = 3075;
+const PARALLEL: u16 = 3078;
+const NORTHING: u16 = 3083;
+const ORIGINS: [u16; 2] = [3089, 3081];
+/// Methods: Mercator, equidistant cylindrical.
+const MERCATOR: u16 = 7;
+const CYLINDRICAL: u16 = 17;
 /// VerticalCRS and its unit.
 const VERTICAL: u16 = 4096;
 const VERTICAL_UNIT: u16 = 4099;
@@ -92,6 +101,26 @@ impl Keys {
         self.unit(LINEAR, system, "coordinates")
     }
 
+    /// Returns the projection with its false northing in the file's unit, if it stretches distances.
+    fn projection(&self) -> Option<(Projection, f64)> {
+        let code = self.short(PROJECTED)?;
+        if code != OWN {
+            return Projection::epsg(code).map(|p| (p, 0.0));
+        }
+        let body = self.ellipsoid()?;
+        let angle = |key: u16| self.double(key).map(f64::to_radians);
+        let parallel = angle(PARALLEL).unwrap_or(0.0);
+        let projection = match self.short(METHOD)? {
+            MERCATOR => Projection::Mercator { body, drawn: body, parallel },
+            CYLINDRICAL => {
+                let origin = ORIGINS.iter().find_map(|key| angle(*key)).unwrap_or(0.0);
+                Projection::Cylindrical { radius: body.major, parallel, origin }
+            }
+            _ => return None,
+        };
+        Some((projection, self.double(NORTHING).unwrap_or(0.0)))
+    }
+
     /// Returns the ellipsoid of angles, or `None` if it is not specified in a supported form.
     fn ellipsoid(&self) -> Option<Ellipsoid> {
         let major = self.double(MAJOR).filter(|a| *a > 0.0 && a.is_finite());
@@ -138,8 +167,12 @@ pub(super) fn frame<R: Read + Seek>(
         _ => {}
     }
     let unit = keys.unit_of_coordinates()?;
-    let origin = [x * unit, south * unit];
-    Ok(Frame { spacing: spacing.map(|s| s * unit), origin, height_unit, from_south })
+    let (spacing, origin) = (spacing.map(|s| s * unit), [x * unit, south * unit]);
+    let Some((projection, northing)) = keys.projection() else {
+        return Ok(Frame { spacing, origin, height_unit, from_south });
+    };
+    let (spacing, origin) = projection.apart(spacing, origin, northing * unit, ny)?;
+    Ok(Frame { spacing, origin, height_unit, from_south })
 }
 
 /// Returns the spacing, the position of the node in the first row and column, in the file's unit, and whether the first row is the southern one.

@@ -36,6 +36,24 @@ macro_rules! SENSOR {
         DEVICES!("", concat!(r#"<actuator><motor name="w" joint="p"/><motor name="z" joint="p"/></actuator><sensor><"#, $kind, " @ ", $of, "/></sensor>"))
     };
 }
+macro_rules! SUBTREE {
+    ($kind:literal) => {
+        concat!(
+            r#"<mujoco><worldbody><body name="a"><joint/><geom size="1"/><body name="b"><joint axis="1 0 0"/><geom size="1"/></body></body></worldbody><sensor><"#,
+            $kind,
+            r#" @ body="a"/></sensor></mujoco>"#
+        )
+    };
+}
+macro_rules! BALL {
+    ($kind:literal) => {
+        concat!(
+            r#"<mujoco><worldbody><body><joint name="u" type="ball"/><geom size="1"/><body><joint name="q" type="ball"/><geom size="1"/></body></body></worldbody><sensor><"#,
+            $kind,
+            r#" @ joint="u"/></sensor></mujoco>"#
+        )
+    };
+}
 
 pub(super) const MJCF: &[Template] = &[
     (
@@ -210,6 +228,11 @@ pub(super) const MJCF: &[Template] = &[
     ("sensor/frameangvel", SENSOR!("frameangvel", "objtype=\"xbody\" objname=\"a\"")),
     ("sensor/framelinacc", SENSOR!("framelinacc", "objtype=\"xbody\" objname=\"a\"")),
     ("sensor/frameangacc", SENSOR!("frameangacc", "objtype=\"xbody\" objname=\"a\"")),
+    ("sensor/subtreecom", SUBTREE!("subtreecom")),
+    ("sensor/subtreelinvel", SUBTREE!("subtreelinvel")),
+    ("sensor/subtreeangmom", SUBTREE!("subtreeangmom")),
+    ("sensor/ballquat", BALL!("ballquat")),
+    ("sensor/ballangvel", BALL!("ballangvel")),
     (
         "default/tendon",
         DEVICES!(
@@ -378,18 +401,32 @@ pub(super) const WITH: &[(&str, &str)] = &[
     ("tendon/spatial limited", r#"range="0 1""#),
     ("sensor/framepos objtype", r#"objname="s""#),
     ("sensor/framepos objname", r#"objtype="site""#),
+    ("sensor/framepos reftype", r#"refname="s""#),
+    ("sensor/framepos refname", r#"reftype="site""#),
     ("sensor/framequat objtype", r#"objname="s""#),
     ("sensor/framequat objname", r#"objtype="site""#),
+    ("sensor/framequat reftype", r#"refname="s""#),
+    ("sensor/framequat refname", r#"reftype="site""#),
     ("sensor/framelinvel objtype", r#"objname="s""#),
     ("sensor/framelinvel objname", r#"objtype="site""#),
+    ("sensor/framelinvel reftype", r#"refname="s""#),
+    ("sensor/framelinvel refname", r#"reftype="site""#),
     ("sensor/framexaxis objtype", r#"objname="s""#),
     ("sensor/framexaxis objname", r#"objtype="site""#),
+    ("sensor/framexaxis reftype", r#"refname="s""#),
+    ("sensor/framexaxis refname", r#"reftype="site""#),
     ("sensor/frameyaxis objtype", r#"objname="s""#),
     ("sensor/frameyaxis objname", r#"objtype="site""#),
+    ("sensor/frameyaxis reftype", r#"refname="s""#),
+    ("sensor/frameyaxis refname", r#"reftype="site""#),
     ("sensor/framezaxis objtype", r#"objname="s""#),
     ("sensor/framezaxis objname", r#"objtype="site""#),
+    ("sensor/framezaxis reftype", r#"refname="s""#),
+    ("sensor/framezaxis refname", r#"reftype="site""#),
     ("sensor/frameangvel objtype", r#"objname="s""#),
     ("sensor/frameangvel objname", r#"objtype="site""#),
+    ("sensor/frameangvel reftype", r#"refname="s""#),
+    ("sensor/frameangvel refname", r#"reftype="site""#),
     ("sensor/framelinacc objtype", r#"objname="s""#),
     ("sensor/framelinacc objname", r#"objtype="site""#),
     ("sensor/frameangacc objtype", r#"objname="s""#),

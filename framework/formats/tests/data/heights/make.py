@@ -102,3 +102,12 @@ codes = ((66 * i * i + 31 * r * r + 14 * i * r) % 997).astype("int16")
 with rasterio.open("i16_tiles_lzw_end.tif", "w", driver="GTiff", width=NX, height=NY, count=1, dtype="int16", compress="lzw",
                    transform=from_origin(0, NY, 1, 1), **tiles) as f:
     f.write(codes, 1)
+
+# Projections that stretch distances: Web Mercator, and simple cylindrical coordinates of Mars with a standard parallel.
+stretched = dict(width=NX, height=NY, nodata=-9999.0, count=1, dtype="float32", driver="GTiff", compress="deflate")
+for name, crs, north in [
+    ("f32_web_mercator.tif", "EPSG:3857", 6000000.0),
+    ("f32_cylindrical_mars.tif", "+proj=eqc +lat_ts=-20 +y_0=1000000 +a=3396190 +b=3396190 +units=m", 4000000.0),
+]:
+    with rasterio.open(name, "w", crs=crs, transform=from_origin(1000.0, north, 2.5, 4.0), **stretched) as f:
+        f.write(numpy.where(hole, -9999.0, heights).astype("float32"), 1)
