@@ -83,7 +83,7 @@ pub struct DcMotorOut {
     #[port(bind = "shaft")]
     pub torque: HingeTorque,
     /// Torque on the shaft, for plots.
-    #[port("N m")]
+    #[port("N m", slider = "N")]
     pub shaft_torque: f64,
     /// Winding current.
     #[port("A")]
@@ -112,7 +112,7 @@ pub struct MotorState {
     #[port("A")]
     pub current: f64,
     /// Deflection of the friction's bristle.
-    #[port("rad")]
+    #[port("rad", slider = "m")]
     pub deflection: f64,
 }
 
@@ -175,6 +175,9 @@ impl Model for DcMotor {
     type FeedthroughInputs = DcMotorIn;
     type FeedthroughOutputs = DcMotorOut;
     type State = MotorState;
+    fn without_effect(&self, wired: IsWired<'_>) -> Judged {
+        vec![(Judge::Param("brake"), unwired(wired, "brake", "the brake never holds"))]
+    }
     fn feedthrough(&self, x: &MotorState, u: &DcMotorIn) -> DcMotorOut {
         let p = &self.p;
         let current = self.current(x, u);

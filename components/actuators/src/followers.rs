@@ -41,13 +41,13 @@ pub struct RateFollowerIn {
     #[port(bind = "shaft")]
     pub shaft: HingeState,
     /// Commanded rate.
-    #[port("rad/s", default = 0.0)]
+    #[port("rad/s", slider = "m/s", default = 0.0)]
     pub target: f64,
     /// The brake is on.
     #[port("1", default = false)]
     pub brake: bool,
     /// Torque of the drive on the axle.
-    #[port("N m", default = 0.0)]
+    #[port("N m", slider = "N", default = 0.0)]
     pub torque: f64,
 }
 
@@ -58,7 +58,7 @@ pub struct RateFollowerOut {
     #[port(bind = "shaft")]
     pub motion: HingeAccel,
     /// Torque of the drive on the axle: the value of the input.
-    #[port("N m")]
+    #[port("N m", slider = "N")]
     pub shaft_torque: f64,
     /// Electrical power drawn; negative while energy is returned.
     #[port("W")]
@@ -128,7 +128,7 @@ pub struct AngleFollowerIn {
     #[port(bind = "shaft")]
     pub shaft: HingeState,
     /// Commanded angle.
-    #[port("rad", default = 0.0)]
+    #[port("rad", slider = "m", default = 0.0)]
     pub angle: f64,
 }
 
@@ -139,7 +139,7 @@ pub struct AngleFollowerOut {
     #[port(bind = "shaft")]
     pub motion: HingeAccel,
     /// Error: command minus angle of the hinge.
-    #[port("rad")]
+    #[port("rad", slider = "m")]
     pub error: f64,
     /// Supply of the drive: no current, because its torque is unknown.
     #[port(connector)]

@@ -157,7 +157,7 @@ pub struct DifferentialOut {
     #[port(bind = "right")]
     pub right_torque: HingeTorque,
     /// Error of the constraint.
-    #[port("rad")]
+    #[port("rad", slider = "m")]
     pub error: f64,
 }
 

@@ -25,7 +25,7 @@ pub struct TorqueDriveIn {
     #[port(connector)]
     pub supply: Voltage,
     /// Wanted torque.
-    #[port("N m", default = 0.0)]
+    #[port("N m", slider = "N", default = 0.0)]
     pub torque: f64,
     /// The hinge.
     #[port(bind = "shaft")]
@@ -83,7 +83,7 @@ pub struct RateServoIn {
     #[port(connector)]
     pub supply: Voltage,
     /// Wanted rate.
-    #[port("rad/s", default = 0.0)]
+    #[port("rad/s", slider = "m/s", default = 0.0)]
     pub rate: f64,
     /// The hinge.
     #[port(bind = "shaft")]
@@ -148,7 +148,7 @@ pub struct PositionServoIn {
     #[port(connector)]
     pub supply: Voltage,
     /// Wanted angle.
-    #[port("rad", default = 0.0)]
+    #[port("rad", slider = "m", default = 0.0)]
     pub angle: f64,
     /// The hinge.
     #[port(bind = "shaft")]

@@ -135,6 +135,10 @@ impl SizedModel for Ackermann {
         }
     }
 
+    fn without_effect(&self, wired: IsWired<'_>) -> Judged {
+        let torque = unwired(wired, "torque", "the wheels turn at exact rates");
+        vec![(Judge::Param("droop"), torque)]
+    }
     fn build(p: AckermannParams) -> Result<Self, BuildError> {
         let layout = Layout::new(&p.wheels, p.radius)?;
         Ok(Ackermann { p, layout })

@@ -183,6 +183,11 @@ impl SizedModel for DriveMonitor {
         }
     }
 
+    fn without_effect(&self, wired: IsWired<'_>) -> Judged {
+        let torque = unwired(wired, "torque", "no drive is ever at its limit");
+        let measured = unwired(wired, "wheel_speed", "the slip is not known");
+        vec![(Judge::Param("stall_torque"), torque), (Judge::Param("slip_max"), measured)]
+    }
     fn build(p: DriveMonitorParams) -> Result<Self, BuildError> {
         if p.wheels.is_empty() || p.wheels.len() > WHEELS_MAX {
             let why = BuildError::new(format!("{} wheels", p.wheels.len()));

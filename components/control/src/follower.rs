@@ -143,6 +143,13 @@ impl Model for Follower {
     type Inputs = FollowerIn;
     type Outputs = FollowerOut;
     type DiscreteState = FollowerState;
+    fn without_effect(&self, wired: IsWired<'_>) -> Judged {
+        let stops = "the rover never stops at this limit";
+        vec![
+            (Judge::Param("tilt_max"), unwired(wired, "tilt", stops)),
+            (Judge::Param("slip_max"), unwired(wired, "slip", stops)),
+        ]
+    }
     fn build(p: FollowerParams) -> Result<Self, BuildError> {
         if p.waypoints.is_empty() {
             return Err(BuildError::new("there is no waypoint")

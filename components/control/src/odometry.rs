@@ -102,7 +102,8 @@ impl SizedModel for Odometry {
             }
         }
         let doc = "Turn rate of the gyro about the vertical.";
-        inputs.push(number("yaw_rate".into(), "rad/s", doc).or(0.0));
+        let yaw_rate = number("yaw_rate".into(), "rad/s", doc);
+        inputs.push(if p.gyro { yaw_rate } else { yaw_rate.or(0.0) });
         inputs.push(
             number("roll".into(), "rad", "Roll angle of the deck, about its x axis.").or(0.0),
         );
@@ -123,6 +124,13 @@ impl SizedModel for Odometry {
         }
     }
 
+    fn without_effect(&self, wired: IsWired<'_>) -> Judged {
+        let idle = (!self.p.gyro && wired("yaw_rate")).then(|| {
+            BuildError::new("`gyro` is false, so the turn rate comes from the wheels")
+                .help("write `gyro: true`, or remove the wire")
+        });
+        vec![(Judge::Input("yaw_rate"), idle)]
+    }
     fn build(p: OdometryParams) -> Result<Self, BuildError> {
         let layout = Layout::new(&p.wheels, p.radius)?;
         if layout.twist(|_| [0.0, 0.0]).is_none() {

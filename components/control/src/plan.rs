@@ -48,7 +48,7 @@ pub struct Step {
     #[param(default = Settings::default())]
     pub then: Settings,
     /// Action after a failure: `next`, `abort` (all commands return to their `start` and the plan ends), or the name of a step.
-    #[param(default = "next".to_string())]
+    #[param(default = "next".to_string(), needs = "wait_max or time_out")]
     pub on_failure: String,
 }
 

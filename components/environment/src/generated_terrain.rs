@@ -26,10 +26,10 @@ pub struct GeneratedParams {
     #[param(unit = "m", default = 0.3, range = 0.0..)]
     pub relief: f64,
     /// Hurst exponent of the relief: 0 rough, 1 smooth.
-    #[param(default = 0.85, range = 0.0..=1.0)]
+    #[param(default = 0.85, range = 0.0..=1.0, needs = "relief")]
     pub hurst: f64,
     /// Longest wavelength of the relief.
-    #[param(unit = "m", default = 40.0, range = 1e-3..)]
+    #[param(unit = "m", default = 40.0, range = 1e-3.., needs = "relief")]
     pub wavelength: f64,
     /// Number of craters.
     #[param(default = 0)]
@@ -42,7 +42,7 @@ pub struct GeneratedParams {
     #[param(default = 0.0, range = 0.0..=4.5)]
     pub crater_age_gyr: f64,
     /// Degradation rate of these craters: diffusivity of the ground for craters of 1 km, m²/Myr; it is proportional to the diameter.
-    #[param(default = 5.5, range = 1e-3..=1e3)]
+    #[param(default = 5.5, range = 1e-3..=1e3, needs = "crater_age_gyr")]
     pub crater_diffusivity_m2_myr: f64,
     /// Dunes across the whole map.
     #[param(default = None)]
@@ -57,7 +57,7 @@ pub struct GeneratedParams {
     #[param(default = [0.1, 0.8])]
     pub rock_diameters: [f64; 2],
     /// Least and greatest fraction of a rock's height that is buried; with ½ a rock rises above the ground by half its width.
-    #[param(default = [0.5, 0.5])]
+    #[param(default = [0.5, 0.5], needs = "rock_cover")]
     pub rock_burial: [f64; 2],
     /// Discs without rocks and craters: x, y and radius, m.
     #[param(default = vec![])]

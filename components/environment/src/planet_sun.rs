@@ -55,6 +55,14 @@ impl Service for EphemerisSun {
     type Params = EphemerisSunParams;
     fn build(p: EphemerisSunParams, _: &Files) -> Result<Self, BuildError> {
         let world = PlanetWorld::of(&p.world)?;
+        if let Some(distance) = world.params.sun_distance {
+            let fact = format!(
+                "`sun_distance` of `world` is {distance} AU, but the ephemeris determines the distance of the Sun"
+            );
+            return Err(BuildError::new(fact)
+                .help("remove `sun_distance`, or use `environment.fixed_sun`")
+                .at("world"));
+        }
         world.needs_light()?;
         let course = world.heavens("the position of the Sun")?.course(Body::Sun, "world")?;
         Ok(EphemerisSun { course, world })

@@ -155,6 +155,13 @@ pub fn heights_of(
 impl Service for FileTerrain {
     type Params = HeightFieldParams;
     fn build(p: HeightFieldParams, files: &Files) -> Result<Self, BuildError> {
+        let image = [".png", ".bmp"].iter().any(|end| p.file.to_lowercase().ends_with(end));
+        if !image && p.height_range != HeightsOptions::default().range {
+            let fact =
+                format!("`{}` contains heights, but `height_range` is for PNG and BMP", p.file);
+            let help = "remove `height_range`; `exaggeration` scales the heights";
+            return Err(BuildError::new(fact).help(help).at("height_range"));
+        }
         let options = HeightsOptions { spacing: p.spacing, range: p.height_range };
         let mut field = HeightField::of_file(heights_of(&p.file, &options, files)?)
             .map_err(|e| BuildError::of(&format!("`{}`: {e}", p.file)).at("file"))?;

@@ -43,7 +43,7 @@ pub struct BalloonParams {
     #[param(unit = "J/(kg K)", default = 2077.26, range = 1.0..)]
     pub gas_constant: f64,
     /// Ratio of specific heats γ: c_p = γ R/(γ − 1); default: helium.
-    #[param(default = 5.0 / 3.0, range = 1.01..=2.0)]
+    #[param(default = 5.0 / 3.0, range = 1.01..=2.0, needs = "heat")]
     pub heat_ratio: f64,
     /// Volume V_max of the full envelope.
     #[param(unit = "m^3", range = 1e-6..)]
@@ -211,6 +211,19 @@ impl Model for Balloon {
     type FeedthroughOutputs = BalloonOut;
     type State = Gas;
     type Guards = Fullness;
+    fn without_effect(&self, wired: IsWired<'_>) -> Judged {
+        let none = self.p.valve == 0.0;
+        vec![
+            (Judge::Param("valve"), unwired(wired, "vent", "the valve stays closed")),
+            (
+                Judge::Input("vent"),
+                (none && wired("vent")).then(|| {
+                    BuildError::new("`valve` is 0: the balloon has no valve")
+                        .help("write `valve`, the area of the valve, or remove the wire")
+                }),
+            ),
+        ]
+    }
     fn init_x(&self) -> Gas {
         Gas { mass: self.p.gas, temperature: self.p.heat.map_or(0.0, |h| h.temperature) }
     }

@@ -135,6 +135,26 @@ impl Model for Engine {
     type Guards = LeastThrottle;
     type FeedthroughInputs = EngineIn;
     type FeedthroughOutputs = EngineOut;
+    fn without_effect(&self, wired: IsWired<'_>) -> Judged {
+        let fixed = self.p.gimbal_max == 0.0;
+        let wire = |name: &str| {
+            (fixed && wired(name)).then(|| {
+                BuildError::new("`gimbal_max` is 0").help("write `gimbal_max`, or remove the wire")
+            })
+        };
+        let still = !wired("gimbal_x") && !wired("gimbal_y");
+        let idle = still.then(|| {
+            BuildError::new(
+                "no wire leads to `gimbal_x` or `gimbal_y`, so the nozzle does not move",
+            )
+            .help("wire one of them, set it from a program, or remove `gimbal_max`")
+        });
+        vec![
+            (Judge::Input("gimbal_x"), wire("gimbal_x")),
+            (Judge::Input("gimbal_y"), wire("gimbal_y")),
+            (Judge::Param("gimbal_max"), idle),
+        ]
+    }
     fn mode(&self, d: &Burning, u: &EngineIn) -> Burning {
         let least = self.p.throttle_min;
         // A NaN throttle counts as burning, so that it stops the run.

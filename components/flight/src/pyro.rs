@@ -120,6 +120,11 @@ impl Model for Pyro {
     type State = Waited;
     type DiscreteState = Charge;
     type Guards = NextStage;
+    fn without_effect(&self, wired: IsWired<'_>) -> Judged {
+        let never = "`after` is not written, so the device never fires";
+        let idle = self.p.after.is_none().then(|| unwired(wired, "fire", never));
+        vec![(Judge::Input("fire"), idle.flatten())]
+    }
     fn build(mut p: PyroParams) -> Result<Self, BuildError> {
         p.axis = crate::axis::unit(p.axis, "[1, 0, 0]")?;
         Ok(Pyro { p })

@@ -13,6 +13,7 @@
 //! `failed` is set and the arm holds its commanded pose. After the last move the arm holds its pose and `done` is set. The position of the work is
 //! observed, with the noise `work_noise`, when a move begins; moves in the frame of the work are shifted accordingly.
 
+use crate::Believed;
 use crate::arm::{Arm, Hand, InertiaCheck, Load, Memory, RobotFile};
 use crate::moves::{Move, Path, Reference};
 use crate::programme::{Follower, MoveProgress, Place, look};
@@ -53,8 +54,8 @@ pub struct ArmParams {
     /// Standard deviation on each axis of the observed position of the work. A new observation is drawn when a move begins.
     #[param(unit = "m", default = 0.0, range = 0.0..)]
     pub work_noise: f64,
-    /// Gravitational acceleration that the controller assumes, base axes. Default: the simulation's gravity at the origin of W, which is correct for
-    /// a base with the axes of W; zero without gravity.
+    /// Gravitational acceleration that the controller assumes, base axes. Default: the simulation's gravity at the origin of W, in the present axes of
+    /// the node that is bound to `base`; zero without gravity.
     #[param(unit = "m/s^2")]
     pub gravity: Option<Vec3>,
     /// Gravity of the simulation.
@@ -178,6 +179,7 @@ struct Step {
 pub struct ArmController {
     p: ArmParams,
     arm: Arm,
+    gravity: Believed,
     steps: Vec<Step>,
 }
 
@@ -199,8 +201,11 @@ impl ArmController {
     }
 
     /// Returns the working memory for a joint state with the held load.
-    fn memory(&self, joints: &[f64], step: &Step) -> Option<Memory> {
-        self.arm.at(joints, [step.load.map(|k| (k, Pose::identity())), None])
+    fn memory(&self, u: &[f64], step: &Step) -> Option<Memory> {
+        let (joints, base) = u.split_at(2 * self.arm.joints());
+        let mut m = self.arm.at(joints, [step.load.map(|k| (k, Pose::identity())), None])?;
+        m.robot.set_gravity(self.gravity.in_base(base)).ok()?;
+        Some(m)
     }
 
     /// Returns the commanded pose and the tracking error of the tip, or `None` for non-finite joint values.
@@ -273,7 +278,9 @@ impl SizedModel for ArmController {
         let inputs = (0..joints).flat_map(|k| PortSpec::group::<JointIn>(group(k), "Encoder"));
         let torques = (0..joints).flat_map(|k| PortSpec::group::<JointOut>(group(k), "Drive"));
         SizedPorts {
-            feedthrough_inputs: inputs.collect(),
+            feedthrough_inputs: inputs
+                .chain([crate::base_port(p.gravity, p.field.as_ref())])
+                .collect(),
             feedthrough_outputs: torques.chain(ArmOut::specs()).collect(),
             discrete: Progress::specs(),
             sampled: true,
@@ -281,8 +288,9 @@ impl SizedModel for ArmController {
         }
     }
 
-    fn build(mut p: ArmParams) -> Result<Self, BuildError> {
-        p.gravity = Some(crate::believed(p.gravity, p.field.as_ref()));
+    fn build(p: ArmParams) -> Result<Self, BuildError> {
+        let field = crate::believed(p.gravity, p.field.as_ref());
+        let gravity = p.gravity.map_or(Believed::OfWorld(field), Believed::Written);
         let arm = Self::arm(&p)?;
         if p.moves.is_empty() {
             let help = "write at least one, such as (name: \"stay\", duration: \"1 s\")";
@@ -297,7 +305,7 @@ impl SizedModel for ArmController {
             let (stiffness, touch, depth, grip) = (m.stiffness, m.touch, m.depth, m.grip);
             steps.push(Step { path, stiffness, touch, depth, load, grip, arrive: m.arrive });
         }
-        let controller = ArmController { p, arm, steps };
+        let controller = ArmController { p, arm, gravity, steps };
         controller.reachable()?;
         Ok(controller)
     }

@@ -16,6 +16,7 @@
 //! Moves end and fail as in `manipulation.arm_controller`, and the work is observed in the same way. In a singular pose both arms compensate gravity
 //! and damp their joints.
 
+use crate::Believed;
 use crate::arm::{Arm, HANDS_MAX, Hand, Memory};
 use crate::arm_controller::{JointIn, JointOut, damping};
 use crate::dual_moves::{Track, Tracks};
@@ -49,6 +50,7 @@ impl Step {
 pub struct DualArmController {
     p: DualArmParams,
     arm: Arm,
+    gravity: Believed,
     steps: Vec<Step>,
 }
 
@@ -138,7 +140,8 @@ impl DualArmController {
     }
 
     /// Returns the working memory for a joint state with the held loads, and the pose of O in both hands.
-    fn memory(&self, joints: &[f64], d: &DualProgress) -> Option<(Memory, [Pose; 2])> {
+    fn memory(&self, u: &[f64], d: &DualProgress) -> Option<(Memory, [Pose; 2])> {
+        let joints = &u[..2 * self.arm.joints()];
         let mut in_hands = d.in_hands();
         let held: [Option<(usize, Pose)>; HANDS_MAX] = match &self.step(d).tracks {
             Tracks::Apart(tracks) => {
@@ -154,7 +157,14 @@ impl DualArmController {
                 [0, 1].map(|k| track.load.map(|load| (load, in_hands[k])))
             }
         };
-        Some((self.arm.at(joints, held)?, in_hands))
+        let mut m = self.arm.at(joints, held)?;
+        m.robot.set_gravity(self.gravity(u)).ok()?;
+        Some((m, in_hands))
+    }
+
+    /// Returns gravity in the axes of the base, m/s².
+    fn gravity(&self, u: &[f64]) -> Vec3 {
+        self.gravity.in_base(&u[2 * self.arm.joints()..])
     }
 
     /// Returns the tracking errors of all that moves.
@@ -238,7 +248,7 @@ impl DualArmController {
         &self,
         step: &Step,
         m: &mut Memory,
-        (now, push): (&TrackingSample, &[f64; 6]),
+        (now, push, gravity): (&TrackingSample, &[f64; 6], Vec3),
     ) -> Option<Grip> {
         let Tracks::Together(track, _) = &step.tracks else { return Some(Grip::default()) };
         let load = track.load?;
@@ -246,7 +256,7 @@ impl DualArmController {
         let shared = m.robot.balance(object, Balance::Effort, &mut m.tau).ok()?;
         let (X, A) = (now.wanted.X, now.wanted.A);
         let com = X.rotation * self.p.loads[load].com;
-        let a = A.linear + A.angular.cross(&com) - self.p.gravity.unwrap_or_default();
+        let a = A.linear + A.angular.cross(&com) - gravity;
         // Assume conservatively that the whole compliance force passes through the palms.
         let net = a * self.p.loads[load].mass + Vec3::new(push[3], push[4], push[5]);
         let forces = [net - shared.second.force, shared.second.force];
@@ -280,7 +290,7 @@ impl DualArmController {
         &self,
         step: &Step,
         m: &mut Memory,
-        (tips, moving): (&[Tip; 2], &Moving),
+        (tips, moving, gravity): (&[Tip; 2], &Moving, Vec3),
     ) -> Option<(f64, Grip)> {
         let mut a = [0.0; 12];
         let pushes = self.accelerations(step, m, (tips, moving), &mut a)?;
@@ -292,7 +302,7 @@ impl DualArmController {
         }
         task.forces(robot, v, &a, redundant.then_some(&q[..]), tau).ok()?;
         let grip = match moving {
-            Moving::Together(now) => self.grip(step, m, (now, &pushes[0]))?,
+            Moving::Together(now) => self.grip(step, m, (now, &pushes[0], gravity))?,
             Moving::Apart(_) => Grip::default(),
         };
         let push = |track: &Track, f: &[f64; 6]| {
@@ -337,7 +347,9 @@ impl SizedModel for DualArmController {
         let inputs = names().flat_map(|name| PortSpec::group::<JointIn>(name, "Encoder"));
         let torques = names().flat_map(|name| PortSpec::group::<JointOut>(name, "Drive"));
         SizedPorts {
-            feedthrough_inputs: inputs.collect(),
+            feedthrough_inputs: inputs
+                .chain([crate::base_port(p.gravity, p.field.as_ref())])
+                .collect(),
             feedthrough_outputs: torques.chain(DualArmOut::specs()).collect(),
             discrete: DualProgress::specs(),
             sampled: true,
@@ -345,8 +357,9 @@ impl SizedModel for DualArmController {
         }
     }
 
-    fn build(mut p: DualArmParams) -> Result<Self, BuildError> {
-        p.gravity = Some(crate::believed(p.gravity, p.field.as_ref()));
+    fn build(p: DualArmParams) -> Result<Self, BuildError> {
+        let field = crate::believed(p.gravity, p.field.as_ref());
+        let gravity = p.gravity.map_or(Believed::OfWorld(field), Believed::Written);
         let arm = Self::arm(&p)?;
         if let Some(k) = arm.limits.iter().position(|l| !(l.effort.is_finite() && l.effort > 0.0)) {
             let fact = format!("joint {k} of the robot has no effort limit");
@@ -365,7 +378,7 @@ impl SizedModel for DualArmController {
             Ok(Step { tracks, duration, squeeze, arrive })
         });
         let steps = steps.collect::<Result<Vec<Step>, BuildError>>()?;
-        let controller = DualArmController { p, arm, steps };
+        let controller = DualArmController { p, arm, gravity, steps };
         controller.reachable()?;
         Ok(controller)
     }
@@ -401,7 +414,7 @@ impl SizedModel for DualArmController {
         let Some((mut m, in_hands)) = self.memory(u, &d) else { return };
         let Some(tips) = self.tips(&mut m) else { return self.arm.give_back(m) };
         let moving = self.moving(&d, &tips, &in_hands);
-        let done = self.torques(step, &mut m, (&tips, &moving));
+        let done = self.torques(step, &mut m, (&tips, &moving, self.gravity(u)));
         if done.is_none() && self.hold(step, &mut m).is_none() {
             return self.arm.give_back(m);
         }

@@ -19,10 +19,10 @@ pub struct HandMotion {
     #[param(unit = "rad", default = None)]
     pub turn: Option<f64>,
     /// Point on the axis of the arc.
-    #[param(unit = "m", default = Vec3::zeros())]
+    #[param(unit = "m", default = Vec3::zeros(), needs = "turn")]
     pub axis_point: Vec3,
     /// Direction of the axis of the arc.
-    #[param(default = Vec3::z())]
+    #[param(default = Vec3::z(), needs = "turn")]
     pub axis: Vec3,
     /// Feedforward force that is added to the force that controls the pose.
     #[param(unit = "N", default = Vec3::zeros())]

@@ -44,8 +44,8 @@ pub struct DualArmParams {
     /// Standard deviation on each axis of the observed position of the work. A new observation is drawn when a move begins.
     #[param(unit = "m", default = 0.0, range = 0.0..)]
     pub work_noise: f64,
-    /// Gravitational acceleration that the controller assumes, base axes. Default: the simulation's gravity at the origin of W, which is correct for
-    /// a base with the axes of W; zero without gravity.
+    /// Gravitational acceleration that the controller assumes, base axes. Default: the simulation's gravity at the origin of W, in the present axes of
+    /// the node that is bound to `base`; zero without gravity.
     #[param(unit = "m/s^2")]
     pub gravity: Option<Vec3>,
     /// Gravity of the simulation.

@@ -25,7 +25,10 @@ pub mod standing_controller;
 pub mod standing_ports;
 pub mod tracking;
 
-use linkwork_surroundings::prelude::{Axes, Entry, Gravity, Handle, Vec3};
+use linkwork_runtime::Lane;
+use linkwork_surroundings::prelude::{
+    Axes, Entry, Gravity, Handle, NodeState, PortKind, PortSpec, Vec3,
+};
 
 /// Acceleration of free fall (m/s²) that a controller believes: as written, or else the gravity of the simulation at the origin of W. If W is
 /// inertial with its origin at the centre of a body, it is zero, as on a spacecraft in free fall; for an arm on the ground of that body, write
@@ -36,6 +39,34 @@ pub(crate) fn believed(written: Option<Vec3>, field: Option<&Handle<dyn Gravity>
         Axes::Any | Axes::Site(_) | Axes::Level(_) => g.acceleration(0.0, Vec3::zeros()),
     };
     written.or_else(|| field.map(of_field)).unwrap_or_else(Vec3::zeros)
+}
+
+/// Returns the port for the node that carries the arms. The binding is optional if `gravity` is written, or without a gravity service.
+pub(crate) fn base_port(written: Option<Vec3>, field: Option<&Handle<dyn Gravity>>) -> PortSpec {
+    let port = PortSpec::named("base", PortKind::NodeState, NodeState::N)
+        .doc_of("Node with the axes of the robot's base, for the direction of gravity; not used with `gravity`.");
+    let mut still = vec![0.0; NodeState::N];
+    NodeState::identity().put(&mut still);
+    let optional = written.is_some() || field.is_none();
+    PortSpec { bind: Some("base".into()), default: optional.then_some(still), ..port }
+}
+
+/// Gravity that a controller believes.
+pub(crate) enum Believed {
+    /// Written in the axes of the base, m/s².
+    Written(Vec3),
+    /// Gravity of the simulation at the origin of W, W, m/s².
+    OfWorld(Vec3),
+}
+
+impl Believed {
+    /// Returns gravity (m/s²) in the axes of the base. `base`: the lanes of [`base_port`].
+    pub fn in_base(&self, base: &[f64]) -> Vec3 {
+        match self {
+            Self::Written(g) => *g,
+            Self::OfWorld(g) => NodeState::get(base).rotation.inverse() * g,
+        }
+    }
 }
 
 /// The models of this library.

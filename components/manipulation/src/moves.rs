@@ -36,10 +36,10 @@ pub struct Move {
     #[param(unit = "rad", default = None)]
     pub turn: Option<f64>,
     /// Point on the axis of the arc.
-    #[param(unit = "m", default = Vec3::zeros())]
+    #[param(unit = "m", default = Vec3::zeros(), needs = "turn")]
     pub axis_point: Vec3,
     /// Direction of the axis of the arc.
-    #[param(default = Vec3::z())]
+    #[param(default = Vec3::z(), needs = "turn")]
     pub axis: Vec3,
     /// Frame of position, arc and force: `work` is the frame of the work, `base` the frame of the arm's base.
     #[param(default = Written::Work)]

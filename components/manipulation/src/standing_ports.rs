@@ -31,10 +31,10 @@ pub struct StandingParams {
     #[param(unit = "m", default = Vec3::zeros())]
     pub sway: Vec3,
     /// Period of the sway.
-    #[param(unit = "s", default = 1.5, range = 1e-2..)]
+    #[param(unit = "s", default = 1.5, range = 1e-2.., needs = "sway")]
     pub sway_period: f64,
     /// Time after the start at which the sway begins. Its amplitude grows over one period.
-    #[param(unit = "s", default = 4.0, range = 0.0..)]
+    #[param(unit = "s", default = 4.0, range = 0.0.., needs = "sway")]
     pub sway_from: f64,
     /// Friction coefficient at the feet that the controller assumes.
     #[param(default = 0.6, range = 1e-3..)]

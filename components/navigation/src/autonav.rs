@@ -68,7 +68,7 @@ pub struct AutoNavParams {
     #[param(default = None)]
     pub start: Option<[f64; 3]>,
     /// Radius of that ground.
-    #[param(unit = "m", default = 3.0, range = 0.0..)]
+    #[param(unit = "m", default = 3.0, range = 0.0.., needs = "start")]
     pub start_radius: f64,
     /// Keep-out discs [x, y, radius] (m, W).
     #[param(default = Vec::new())]
@@ -225,6 +225,24 @@ impl Model for AutoNav {
     type Outputs = AutoNavOut;
     type Store = Mind;
 
+    fn without_effect(&self, wired: IsWired<'_>) -> Judged {
+        let stops = "the rover never stops at this limit";
+        let estimate = |input: &str| {
+            (wired(input) && !wired("eye_given")).then(|| {
+                BuildError::new(
+                    "`eye_given` has no wire, so pictures are placed with the true camera pose",
+                )
+                .help("wire `eye_given` of the estimator, too")
+            })
+        };
+        vec![
+            (Judge::Param("tilt_max"), unwired(wired, "tilt", stops)),
+            (Judge::Param("slip_max"), unwired(wired, "slip", stops)),
+            (Judge::Input("eye"), estimate("eye")),
+            (Judge::Input("eye_attitude"), estimate("eye_attitude")),
+            (Judge::Input("eye_known"), estimate("eye_known")),
+        ]
+    }
     fn build(p: AutoNavParams) -> Result<Self, BuildError> {
         if p.goals.is_empty() {
             return Err(BuildError::new("`goals` is empty")

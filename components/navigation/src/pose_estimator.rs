@@ -279,6 +279,23 @@ impl Model for PoseEstimator {
     type Outputs = PoseEstimatorOut;
     type Store = Belief;
 
+    fn without_effect(&self, wired: IsWired<'_>) -> Judged {
+        let blind = (!wired("sun_valid")).then(|| {
+            BuildError::new("`sun_valid` has no wire, so the Sun counts as not visible")
+                .help("wire `valid` of the sun sensor to `sun_valid`")
+        });
+        vec![
+            (Judge::Input("sun"), blind.clone().filter(|_| wired("sun"))),
+            (
+                Judge::Input("sun_valid"),
+                (wired("sun_valid") && !wired("sun")).then(|| {
+                    BuildError::new("`sun` has no wire")
+                        .help("wire `direction` of the sun sensor to `sun`")
+                }),
+            ),
+            (Judge::Param("sun_sigma"), blind),
+        ]
+    }
     fn build(p: PoseEstimatorParams) -> Result<Self, BuildError> {
         let mount = Quat::from_euler_angles(p.eye_rpy.x, p.eye_rpy.y, p.eye_rpy.z);
         let lens = Quat::from_basis_unchecked(&[-Vec3::y(), -Vec3::z(), Vec3::x()]);

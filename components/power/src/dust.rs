@@ -79,6 +79,10 @@ impl Model for Dust {
     type State = Layer;
     type DiscreteState = Gusts;
     type Guards = DustGuards;
+    fn without_effect(&self, wired: IsWired<'_>) -> Judged {
+        let calm = "no gust cleans the surface";
+        ["wind", "cleaned"].map(|name| (Judge::Param(name), unwired(wired, "wind", calm))).into()
+    }
     fn init_x(&self) -> Layer {
         Layer { passes: self.p.passes }
     }

@@ -126,6 +126,18 @@ impl Model for Load {
     type FeedthroughOutputs = LoadOut;
     type DiscreteState = BrownOut;
     type Guards = LoadGuards;
+    fn without_effect(&self, wired: IsWired<'_>) -> Judged {
+        let never = "the load never draws it";
+        let level = (wired("level") && !wired("on")).then(|| {
+            BuildError::new("no wire leads to `on`, and a load that is off has no level")
+                .help("wire `on`, or set it from a program")
+        });
+        vec![
+            (Judge::Param("power_on"), unwired(wired, "on", never)),
+            (Judge::Param("power_standby"), unwired(wired, "standby", never)),
+            (Judge::Input("level"), level),
+        ]
+    }
     fn feedthrough(&self, d: &BrownOut, u: &LoadIn) -> LoadOut {
         let p = &self.p;
         let browned_out = d.out || (!d.crossed && u.supply.voltage < p.volts_min);

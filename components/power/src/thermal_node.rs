@@ -105,6 +105,21 @@ impl Model for ThermalNode {
     type Outputs = ThermalNodeOut;
     type FeedthroughOutputs = ThermalNodeFlows;
     type State = Warmth;
+    fn without_effect(&self, wired: IsWired<'_>) -> Judged {
+        let p = &self.p;
+        let surface = [
+            ("sky", "emissivity", p.emissivity),
+            ("air", "convection", p.convection),
+            ("light", "absorptivity", p.absorptivity),
+        ];
+        let judge = |(input, name, value): (&'static str, &str, f64)| {
+            let idle = value == 0.0 && wired(input);
+            let why = || BuildError::new(format!("`{name}` is 0"));
+            let help = || format!("write `{name}` and `area`, or remove the wire");
+            (Judge::Input(input), idle.then(|| why().help(help())))
+        };
+        surface.into_iter().map(judge).collect()
+    }
     fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
         let p = &self.p;
         let why = |param: &str, help: &str| {

@@ -54,7 +54,7 @@ pub struct CameraParams {
     #[param(unit = "m", default = None, range = 1e-4..)]
     pub baseline: Option<f64>,
     /// Number of disparities that the stereo matcher searches.
-    #[param(default = 64, range = 3.0..=4096.0)]
+    #[param(default = 64, range = 3.0..=4096.0, needs = "baseline")]
     pub disparities: u32,
     /// Maximum range.
     #[param(unit = "m", default = 100.0, range = 1e-3..=1e7)]
@@ -66,7 +66,7 @@ pub struct CameraParams {
     #[param(default = 0.35, range = 0.0..=1.0)]
     pub contrast: f64,
     /// Length of the coarsest grain of that texture.
-    #[param(unit = "m", default = 0.15, range = 1e-6..)]
+    #[param(unit = "m", default = 0.15, range = 1e-6.., needs = "contrast")]
     pub grain: f64,
     /// Patterns of the names of visible bodies. Default: all.
     #[param(service)]

@@ -13,11 +13,11 @@ pub struct JointMotionIn {
 /// Its motion.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct JointMotionOut {
-    /// Angle (sliders: m).
-    #[port("rad")]
+    /// Angle, or displacement of a slider.
+    #[port("rad", slider = "m")]
     pub angle: f64,
-    /// Rate (sliders: m/s).
-    #[port("rad/s")]
+    /// Rate of the angle or displacement.
+    #[port("rad/s", slider = "m/s")]
     pub rate: f64,
 }
 

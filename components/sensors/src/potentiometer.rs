@@ -37,7 +37,7 @@ pub struct PotentiometerIn {
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct PotentiometerOut {
     /// Angle of the code.
-    #[port("rad")]
+    #[port("rad", slider = "m")]
     pub angle: f64,
     /// Converted position of the wiper on the track, 0 to 1.
     #[port("1")]

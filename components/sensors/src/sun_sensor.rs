@@ -84,6 +84,12 @@ impl Model for SunSensor {
     type Params = SunSensorParams;
     type FeedthroughInputs = SunSensorIn;
     type FeedthroughOutputs = SunSensorOut;
+    fn without_effect(&self, _: IsWired<'_>) -> Judged {
+        let idle = self.p.terrain.is_none().then(|| {
+            BuildError::new("the simulation has no terrain").help("remove it, or add a terrain")
+        });
+        vec![(Judge::Param("shadow_range"), idle)]
+    }
     fn feedthrough(&self, clock: &Clock, u: &SunSensorIn) -> SunSensorOut {
         let p = &self.p;
         let light = p.sun.light(clock.t, &u.mount.position);

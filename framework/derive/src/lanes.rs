@@ -10,6 +10,7 @@ struct PortAttr {
     default: Option<Expr>,
     bind: Option<LitStr>,
     frame: Option<LitStr>,
+    slider: Option<LitStr>,
     sum: bool,
     group: bool,
     connector: bool,
@@ -29,7 +30,7 @@ fn attribute(field: &syn::Field) -> syn::Result<PortAttr> {
     Ok(out)
 }
 
-/// `"unit", default = 0.0, sum, bind = "shaft", frame = "body", axle = "y", rising | falling, stored | gained | lost`, each optional, in any
+/// `"unit", slider = "unit", default = 0.0, sum, bind = "shaft", frame = "body", axle = "y", rising | falling, stored | gained | lost`, each optional, in any
 /// order; or `group`; or `connector`.
 fn parse(out: &mut PortAttr, input: ParseStream) -> syn::Result<()> {
     let start = input.span();
@@ -61,6 +62,10 @@ fn parse(out: &mut PortAttr, input: ParseStream) -> syn::Result<()> {
                     input.parse::<Token![=]>()?;
                     out.frame = Some(input.parse()?);
                 }
+                "slider" => {
+                    input.parse::<Token![=]>()?;
+                    out.slider = Some(input.parse()?);
+                }
                 "axle" => {
                     input.parse::<Token![=]>()?;
                     out.axle = Some(input.parse()?);
@@ -68,7 +73,7 @@ fn parse(out: &mut PortAttr, input: ParseStream) -> syn::Result<()> {
                 _ => {
                     return Err(syn::Error::new(
                         key.span(),
-                        "unknown port attribute; known: a unit string, default, bind, frame, axle, sum, group, connector, rising, falling, stored, gained, lost",
+                        "unknown port attribute; known: a unit string, slider, default, bind, frame, axle, sum, group, connector, rising, falling, stored, gained, lost",
                     ));
                 }
             }
@@ -130,6 +135,7 @@ pub fn derive(input: &DeriveInput) -> syn::Result<Tokens> {
                 return Err(syn::Error::new_spanned(a, "an axle must be \"x\", \"y\" or \"z\""));
             }
         };
+        let slider = attr.slider.as_ref().map(|unit| quote!(.on_slider(#unit)));
         let account = attr.account.map(|a| {
             let a = quote::format_ident!("{a}");
             quote!(.counted(#rt::Account::#a))
@@ -139,7 +145,7 @@ pub fn derive(input: &DeriveInput) -> syn::Result<Tokens> {
             true => quote!(out.extend(#rt::PortSpec::group::<#ty>(#text, #doc));),
             false => quote! {
                 out.push(#rt::PortSpec::new::<#ty>(#text, #unit, #doc, #default, #sum, #bind, #frame)
-                    .when(#rt::Direction::#direction) #axle #account);
+                    .when(#rt::Direction::#direction) #axle #slider #account);
             },
         });
         // A field is a port, or a struct of ports: both have N, get, put and gather.

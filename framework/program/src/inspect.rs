@@ -87,7 +87,10 @@ fn ports(out: &mut String, title: &str, list: &[PortSpec]) {
         if let Some(d) = &p.default {
             notes.push(format!("default {d:?}"));
         }
-        let kind = if p.unit.is_empty() { format!("{:?}", p.kind) } else { p.unit.to_string() };
+        let mut kind = if p.unit.is_empty() { format!("{:?}", p.kind) } else { p.unit.to_string() };
+        if let Some(slider) = &p.slider {
+            kind += &format!("; {slider} on a slider");
+        }
         let lanes = if p.lanes > 1 && !p.unit.is_empty() {
             format!(" ×{}", p.lanes)
         } else {

@@ -37,7 +37,7 @@ pub use author::ports::{
 };
 pub use author::provider::Service;
 pub use author::services::{Contradiction, Handle, Provided, ServiceKind, ServiceObject, Services};
-pub use author::setting::Setting;
+pub use author::setting::{IsWired, Judge, Judged, Setting, unwired};
 pub use author::shown::SharedField;
 pub use author::sized::{SizedModel, SizedPorts};
 pub use author::time::{Clock, IntoSeconds, Seconds};
@@ -84,10 +84,10 @@ pub mod prelude {
     };
     pub use crate::{
         AddedMass, BallState, BallTorque, BodyMass, BuildError, Clock, ContactLoad, Direction,
-        Entry, Field, Files, Fired, Handle, HingeAccel, HingeLoad, HingeState, HingeTorque, Lanes,
-        Model, NodeAccel, NodeState, Overlay, OverlayTile, OverlayValues, PortKind, PortSpec,
-        Service, SharedOverlay, Shows, SizedModel, SizedPorts, Store, SurfaceVelocity, Traction,
-        VehicleMass, View, Wrench,
+        Entry, Field, Files, Fired, Handle, HingeAccel, HingeLoad, HingeState, HingeTorque,
+        IsWired, Judge, Judged, Lanes, Model, NodeAccel, NodeState, Overlay, OverlayTile,
+        OverlayValues, PortKind, PortSpec, Service, SharedOverlay, Shows, SizedModel, SizedPorts,
+        Store, SurfaceVelocity, Traction, VehicleMass, View, Wrench, unwired,
     };
     pub use linkwork_derive::{Params, Ports, State, field, model, service};
     pub use linkwork_spatial::{Quat, Vec3};

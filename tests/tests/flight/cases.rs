@@ -66,8 +66,8 @@ fn balance(sim: &Simulation) -> (Vec3, Vec3, Vec3) {
     (p, h, centre / mass)
 }
 
-/// Propellant that flows through a line from one tank to another changes neither momentum nor angular momentum of the vehicle by more than 0.2 N m s
-/// (68 without the line's force), and its centre of mass moves on a straight line.
+/// Propellant that flows through a line from one tank to another changes neither momentum nor angular momentum of the vehicle by more than 1e-3 N m s
+/// at rest and 0.01 N m s in rotation (68 without the line's force), and its centre of mass moves on a straight line.
 #[test]
 fn what_flows_between_tanks_keeps_momentum_and_centre_of_mass() {
     for turning in [0.0, 1.0] {
@@ -82,14 +82,17 @@ fn what_flows_between_tanks_keeps_momentum_and_centre_of_mass() {
             (h - h0).norm()
         );
         assert!((moved - 70.0).abs() < 0.5, "{moved} kg");
-        assert!((p - p0).norm() < 1e-6 && (h - h0).norm() < 0.2);
+        assert!(
+            (p - p0).norm() < 1e-6 && (h - h0).norm() < if turning == 0.0 { 1e-3 } else { 0.01 }
+        );
         let drift = c - (c0 + p0 / 211.0 * 40.0);
         assert!(drift.norm() < 1e-3, "{drift}");
         if turning == 0.0 {
-            // The vehicle moves opposite to the propellant.
+            // The vehicle moves opposite to the propellant, and rotates by 4.1 degrees, because the surfaces of the liquid are above the common centre
+            // of mass: this moves its origin by 3.2 mm.
             let back = -2.0 * moved / 211.0;
             let at = get(&sim, "craft.position").x;
-            assert!((at - back).abs() < 2e-3, "{at} {back}");
+            assert!((at - back - 3.17e-3).abs() < 2e-4, "{at} {back}");
         } else {
             // The rotation is slower, because the moment of inertia about the common centre increases: the angular
             // momentum is 68 N m s and the spin of the parts.

@@ -2,6 +2,7 @@
 //! reference program. `tests/hunt` lists the reports, with the first and the present results.
 
 mod attitude;
+mod combinations;
 mod dynamics;
 mod flight;
 mod reviews;
@@ -25,8 +26,13 @@ struct Refused {
     says: &'static str,
 }
 
-/// Gravity of level ground, and the wheels of a small car whose rear wheels do not steer.
-const WORDS: [(&str, &str); 2] = [
+/// Gravity of level ground, the wheels of a small car whose rear wheels do not steer, and a switch that is on, with its wires.
+const WORDS: [(&str, &str); 4] = [
+    (
+        "SWITCH",
+        r#""One": (model: "basics.constant", params: { "value": 1 }), "Zero": (model: "basics.constant", params: { "value": 0 }), "On": (model: "basics.comparator")"#,
+    ),
+    ("CLOSES", r#""One.y -> On.a", "Zero.y -> On.b""#),
     (
         "EARTH",
         r#""Gravity": (model: "environment.uniform_gravity", params: { "acceleration": [0, 0, -9.81] })"#,

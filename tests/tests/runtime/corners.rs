@@ -43,7 +43,6 @@ const SMOOTH: &[&str] = &[
 /// The only jumps are those of a boolean input (`supply`, `brake`, `grip`, a command), or of a number whose source jumps: the source ends the step.
 const BY_ITS_INPUT: &[&str] = &[
     "flight.drain",
-    "flight.feed_line",
     "flight.held_thruster",
     "flight.vector_thrust",
     "manipulation.finger",

@@ -206,6 +206,7 @@ const OTHERS: &[(&str, &str)] = &[
     ("flight.crushable_leg", "touches by the motion"),
     ("flight.dave_aerodynamics", "a corner of coefficients, by the motion"),
     ("flight.entry_aerodynamics", "a corner of coefficients, by the motion"),
+    ("flight.feed_line", "sets its smoothed levels at the start"),
     ("flight.glideslope", "a corner of the closing speed, by the motion"),
     ("flight.kickoff_spring", "ends by the motion"),
     ("flight.line", "taut by the motion"),

@@ -47,7 +47,7 @@ pub struct FilterIn {
     #[port]
     pub star: Quat,
     /// The star tracker has a fix at this sample.
-    #[port(default = true)]
+    #[port]
     pub fix: bool,
 }
 

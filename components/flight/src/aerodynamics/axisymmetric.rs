@@ -42,7 +42,7 @@ pub struct AxisymmetricParams {
     #[param(default = Vec3::zeros())]
     pub damping: Vec3,
     /// Rotation rate of the air with its planet, W, for the damping: the rate of the `world`; default: body rates relative to W.
-    #[param(unit = "rad/s", default = Vec3::zeros())]
+    #[param(unit = "rad/s", default = Vec3::zeros(), needs = "damping")]
     pub air_rate: Vec3,
     /// Behaviour outside the tables: clamp, stop.
     #[param(default = Outside::Clamp)]

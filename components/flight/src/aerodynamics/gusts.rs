@@ -18,10 +18,10 @@ use linkwork_world::atmosphere::{Dryden, DrydenRates, DrydenState, Turbulence};
 #[derive(Params, Clone, Debug)]
 pub struct GustParams {
     /// Wind at 20 ft (6.1 m), which determines the intensity below 1000 ft (305 m): light 7.7, moderate 15.4, severe 23.2 m/s.
-    #[param(unit = "m/s", default = 15.4, range = 0.0..)]
+    #[param(unit = "m/s", default = 15.4, range = 0.0.., needs = "sigma = none")]
     pub wind_20ft: f64,
     /// Intensity σ above 2000 ft (610 m).
-    #[param(unit = "m/s", default = 1.5, range = 0.0..)]
+    #[param(unit = "m/s", default = 1.5, range = 0.0.., needs = "sigma = none")]
     pub sigma_high: f64,
     /// Length scales L_u, L_v, L_w at all heights, instead of MIL-F-8785C; requires `sigma`.
     #[param(unit = "m")]

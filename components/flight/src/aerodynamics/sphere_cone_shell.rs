@@ -50,7 +50,7 @@ pub struct SphereConeParams {
     #[param(default = Vec3::zeros())]
     pub damping: Vec3,
     /// Rotation rate of the air with its planet, W, for the damping: the rate of the `world`; default: body rates relative to W.
-    #[param(unit = "rad/s", default = Vec3::zeros())]
+    #[param(unit = "rad/s", default = Vec3::zeros(), needs = "damping")]
     pub air_rate: Vec3,
     /// Behaviour above the half-angle and below Mach 1: clamp, stop.
     #[param(default = Outside::Clamp)]

@@ -102,7 +102,7 @@ pub struct DescentParams {
     #[param(unit = "m/s", default = Vec3::zeros())]
     pub velocity: Vec3,
     /// Target acceleration, W; for the quadratic law.
-    #[param(unit = "m/s^2", default = Vec3::zeros())]
+    #[param(unit = "m/s^2", default = Vec3::zeros(), needs = "law = quadratic")]
     pub acceleration: Vec3,
     /// Time of arrival.
     #[param(unit = "s")]

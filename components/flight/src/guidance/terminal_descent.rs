@@ -159,6 +159,14 @@ impl Model for TerminalDescent {
     type FeedthroughInputs = TerminalDescentIn;
     type FeedthroughOutputs = TerminalDescentOut;
     type DiscreteState = Chosen;
+    fn without_effect(&self, wired: IsWired<'_>) -> Judged {
+        let aimed = wired("aimed");
+        let place = (wired("place") && !aimed).then(|| {
+            BuildError::new("`aimed` has no wire, so the target below the lander is used")
+                .help("wire `aimed`, for example to `found` of a hazard map")
+        });
+        vec![(Judge::Input("place"), place)]
+    }
     fn build(p: TerminalDescentParams) -> Result<Self, BuildError> {
         thrust_limits(p.thrust_min, p.thrust_max)?;
         let frame = Frame::new(p.world.as_ref(), Some(&p.gravity))?;

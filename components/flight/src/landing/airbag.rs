@@ -30,16 +30,16 @@ pub struct AirbagParams {
     #[param(unit = "Pa", range = 0.0..)]
     pub vent: Option<f64>,
     /// Area of the vent times its discharge coefficient.
-    #[param(unit = "m^2", default = 0.0, range = 0.0..)]
+    #[param(unit = "m^2", default = 0.0, range = 0.0.., needs = "vent")]
     pub vent_area: f64,
     /// Ratio of heats γ.
     #[param(default = 1.4, range = 1.01..=1.67)]
     pub heat_ratio: f64,
     /// Specific gas constant.
-    #[param(unit = "J/(kg K)", default = 296.8, range = 1.0..)]
+    #[param(unit = "J/(kg K)", default = 296.8, range = 1.0.., needs = "vent")]
     pub gas_constant: f64,
     /// Temperature at the start.
-    #[param(unit = "K", default = 280.0, range = 1.0..)]
+    #[param(unit = "K", default = 280.0, range = 1.0.., needs = "vent")]
     pub temperature: f64,
     /// Height of the ground, W.
     #[param(unit = "m", default = 0.0)]

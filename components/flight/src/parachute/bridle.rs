@@ -4,8 +4,9 @@
 //! L̇ = v_p            while taut and L < L_full: the brake lets the line out at one speed, and stops at its end
 //! ```
 //! The line becomes slack when k δ + c δ̇_geometric falls to zero. During payout the tension reaches zero already at an extension of c v_p/k (it is
-//! never negative), and the drum continues to rotate over this short distance. k is the stiffness of the line at any length. Transitions between taut
-//! and slack and the end of the payout are events, as in `flight.line`.
+//! never negative), and the drum continues to rotate over this short distance. A slack line is taut again as soon as both δ and k δ + c δ̇_geometric
+//! are positive, also if it has stayed longer than L. k is the stiffness of the line at any length. Transitions between taut and slack and the end of
+//! the payout are events, as in `flight.line`.
 
 use super::line::{LineIn, LineOut};
 use linkwork_runtime::prelude::*;
@@ -66,16 +67,20 @@ pub struct BridleState {
 /// Guards of the line.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BridleChange {
-    /// Extension over the unstretched length.
+    /// Minimum of the extension and of `pull`: a slack line becomes taut where it rises to zero.
     #[port("m", rising)]
-    pub extension: f64,
-    /// Tension of a taut line without payout, over its stiffness.
+    pub within: f64,
+    /// Tension of a taut line without payout, over its stiffness, plus a nanometre.
     #[port("m", falling)]
     pub pull: f64,
     /// Unstretched length minus its final value.
     #[port("m", rising)]
     pub end: f64,
 }
+
+/// Distance (m) by which `pull` must be below zero before the line becomes slack. A line that begins at its unstretched length and at rest is therefore
+/// taut, because both thresholds do not coincide.
+const SLACK: f64 = 1e-9;
 
 /// A line on a drum with a brake.
 pub struct Bridle {
@@ -129,7 +134,9 @@ impl Model for Bridle {
         // The rate without payout is continuous at transitions of the brake.
         let (_, extension, rate) = super::line::stretch(u, x.length);
         let end = if d.out { -1.0 } else { x.length - self.full() };
-        BridleChange { extension, pull: extension + self.p.damping / self.p.stiffness * rate, end }
+        let pull = extension + self.p.damping / self.p.stiffness * rate;
+        let within = if pull < extension { pull } else { extension };
+        BridleChange { within, pull: pull + SLACK, end }
     }
     fn handle_event(&self, fired: Fired<'_>, x: &Paid, d: &Pulling) -> (Paid, Pulling) {
         let taut = (d.taut || fired.rose(0)) && !fired.fell(1);
@@ -138,13 +145,12 @@ impl Model for Bridle {
             false => (*x, Pulling { taut, ..*d }),
         }
     }
-    fn startup_warnings(&self, x: &Paid, d: &Pulling, u: &LineIn) -> Vec<BuildError> {
-        let (_, extension, _) = self.stretch(x, d, u);
-        let stretched = !d.taut && extension > 1e-6 * x.length;
-        let fact = format!(
-            "the line starts slack, but it is {extension:.6} m longer than its unstretched length"
-        );
-        let told = stretched.then(|| BuildError::new(fact).help("increase `length`").at("length"));
+    fn startup_warnings(&self, x: &Paid, u: &LineIn) -> Vec<BuildError> {
+        let (_, extension, _) = super::line::stretch(u, x.length);
+        let pull = self.p.stiffness * extension;
+        let fact = super::line::stretched("line", extension, pull);
+        let told = (extension > 1e-6 * x.length)
+            .then(|| BuildError::new(fact).help("increase `length`").at("length"));
         told.into_iter().collect()
     }
 }

@@ -56,7 +56,7 @@ pub struct CanopyParams {
     #[param(unit = "s", range = 1e-6..)]
     pub filling_time: Option<f64>,
     /// Geometric porosity λ in percent, for the filling time after Greene; required without `filling_time`.
-    #[param(range = 0.0..=100.0)]
+    #[param(range = 0.0..=100.0, needs = "filling_time = none")]
     pub porosity: Option<f64>,
     /// Exponent n of the filling: 1 for ribbon canopies, 2 to 3 for disk-gap-band and solid canopies.
     #[param(default = 2.0, range = 1.0..=10.0)]
@@ -65,7 +65,7 @@ pub struct CanopyParams {
     #[param(default = 0.0, range = 0.0..=0.9)]
     pub breathing: f64,
     /// Frequency F of the area oscillation.
-    #[param(unit = "Hz", default = 1.3, range = 0.0..)]
+    #[param(unit = "Hz", default = 1.3, range = 0.0.., needs = "breathing")]
     pub breathing_frequency: f64,
     /// Coefficient k_a of the apparent mass; 0: no apparent mass.
     #[param(default = 0.0, range = 0.0..)]
@@ -230,6 +230,11 @@ impl Model for Canopy {
     type FeedthroughOutputs = CanopyOut;
     type DiscreteState = Filling;
     type Guards = NextChange;
+    fn without_effect(&self, wired: IsWired<'_>) -> Judged {
+        let never = "`start` is not written, so the canopy never opens";
+        let idle = self.p.start.is_none().then(|| unwired(wired, "deploy", never));
+        vec![(Judge::Input("deploy"), idle.flatten())]
+    }
     fn build(p: CanopyParams) -> Result<Self, BuildError> {
         let efficiency = Curve::new(&p.efficiency, "efficiency")?
             .not_negative("the efficiency of the drag", "efficiency")?;

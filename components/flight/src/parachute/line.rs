@@ -21,7 +21,7 @@ pub struct LineParams {
     /// Damping c along the line.
     #[param(unit = "N s/m", default = 0.0, range = 0.0..)]
     pub damping: f64,
-    /// The line is taut at the start; otherwise a line that is longer than L at the start causes a warning.
+    /// The line is meant to be taut at the start. Otherwise a line that is longer than L at the start causes a warning.
     #[param(default = false)]
     pub taut: bool,
 }
@@ -137,6 +137,13 @@ pub(super) fn stretch(u: &LineIn, length: f64) -> (Vec3, f64, f64) {
     (n, now - length, (u.b.velocity - u.a.velocity).dot(&n))
 }
 
+/// Returns the warning about a line or riser that starts longer than its unstretched length, by its extension (m) and its elastic force (N).
+pub(super) fn stretched(name: &str, extension: f64, pull: f64) -> String {
+    format!(
+        "the {name} starts {extension:.6} m longer than its unstretched length, so it pulls with {pull:.3} N at once"
+    )
+}
+
 /// Tension-only line between two bodies; transitions between slack and taut are events.
 #[model("flight.line")]
 impl Model for Line {
@@ -168,14 +175,13 @@ impl Model for Line {
     fn handle_event(&self, fired: Fired<'_>, d: &Taut) -> ((), Taut) {
         ((), d.after(fired.rose(0)))
     }
-    fn startup_warnings(&self, d: &Taut, u: &LineIn) -> Vec<BuildError> {
+    fn startup_warnings(&self, u: &LineIn) -> Vec<BuildError> {
+        // The state is that after the events of the start, so it does not show what was intended.
         let (_, extension, _) = stretch(u, self.p.length);
-        let stretched = !d.taut && extension > 1e-6 * self.p.length;
-        let fact = format!(
-            "the line starts slack, but it is {extension:.6} m longer than its unstretched length"
-        );
+        let unexpected = !self.p.taut && extension > 1e-6 * self.p.length;
+        let fact = stretched("line", extension, self.p.stiffness * extension);
         let help = "write `taut: true`, or increase `length`";
-        stretched.then(|| BuildError::new(fact).help(help).at("taut")).into_iter().collect()
+        unexpected.then(|| BuildError::new(fact).help(help).at("taut")).into_iter().collect()
     }
 }
 
@@ -229,10 +235,10 @@ mod tests {
 
     #[test]
     fn a_start_that_is_probably_not_meant_is_remarked() {
-        let told = |length: f64| {
-            let d = Taut { taut: false, changes: 0.0 };
-            line(length).startup_warnings(&d, &ends(5.2, 0.0)).len()
-        };
+        let told = |length: f64| line(length).startup_warnings(&ends(5.2, 0.0)).len();
         assert_eq!((told(5.0), told(5.3)), (1, 0));
+        let mut meant = line(5.0);
+        meant.p.taut = true;
+        assert!(meant.startup_warnings(&ends(5.2, 0.0)).is_empty());
     }
 }

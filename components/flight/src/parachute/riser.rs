@@ -43,7 +43,7 @@ pub struct RiserParams {
     pub damping: f64,
     /// Legs of the bridle, 1 to 8.
     pub legs: Vec<Leg>,
-    /// The riser is taut at the start; otherwise a riser that is longer than L at the start causes a warning.
+    /// The riser is meant to be taut at the start. Otherwise a riser that is longer than L at the start causes a warning.
     #[param(default = false)]
     pub taut: bool,
 }
@@ -303,14 +303,12 @@ impl Model for Riser {
     fn handle_event(&self, fired: Fired<'_>, d: &Taut) -> ((), Taut) {
         ((), d.after(fired.rose(0)))
     }
-    fn startup_warnings(&self, d: &Taut, u: &RiserIn) -> Vec<BuildError> {
+    fn startup_warnings(&self, u: &RiserIn) -> Vec<BuildError> {
         let extension = self.stretch(u).extension;
-        let stretched = !d.taut && extension > 1e-6 * self.p.length;
-        let fact = format!(
-            "the riser starts slack, but it is {extension:.6} m longer than its unstretched length"
-        );
+        let unexpected = !self.p.taut && extension > 1e-6 * self.p.length;
+        let fact = super::line::stretched("riser", extension, self.p.stiffness * extension);
         let help = "write `taut: true`, or increase `length`";
-        stretched.then(|| BuildError::new(fact).help(help).at("taut")).into_iter().collect()
+        unexpected.then(|| BuildError::new(fact).help(help).at("taut")).into_iter().collect()
     }
 }
 

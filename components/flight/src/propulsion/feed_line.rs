@@ -111,6 +111,22 @@ pub struct UnderWay {
     pub level_b: f64,
 }
 
+/// Beginning of the part.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Begun {
+    /// The smoothed levels have been set to the levels at the start.
+    #[port]
+    pub begun: bool,
+}
+
+/// Guard at the start, when the levels become known.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct Beginning {
+    /// Positive until the smoothed levels have been set.
+    #[port("1", rising)]
+    pub start: f64,
+}
+
 /// A line between tanks.
 pub struct FeedLine {
     p: FeedLineParams,
@@ -158,6 +174,14 @@ impl Model for FeedLine {
     type FeedthroughInputs = FeedLineIn;
     type FeedthroughOutputs = FeedLineOut;
     type State = UnderWay;
+    type DiscreteState = Begun;
+    type Guards = Beginning;
+    fn without_effect(&self, wired: IsWired<'_>) -> Judged {
+        vec![(
+            Judge::Param("height"),
+            unwired(wired, "acceleration", "a column without weight has no pressure"),
+        )]
+    }
     fn init_x(&self) -> UnderWay {
         UnderWay { moving: 0.0, level_a: 0.0, level_b: 0.0 }
     }
@@ -184,6 +208,13 @@ impl Model for FeedLine {
     }
     fn derivatives(&self, x: &UnderWay, u: &FeedLineIn) -> UnderWay {
         self.rate(x, u)
+    }
+    fn guards(&self, d: &Begun) -> Beginning {
+        Beginning { start: if d.begun { -1.0 } else { 1.0 } }
+    }
+    fn handle_event(&self, x: &UnderWay, u: &FeedLineIn) -> (UnderWay, Begun) {
+        // Smoothed levels that rise from zero would exert the force of liquid that rises.
+        (UnderWay { level_a: u.level_a, level_b: u.level_b, ..*x }, Begun { begun: true })
     }
 }
 

@@ -66,6 +66,9 @@ impl Model for HeldThruster {
     type Outputs = ImpulseOut;
     type FeedthroughOutputs = ThrusterOut;
     type State = ImpulseState;
+    fn without_effect(&self, wired: IsWired<'_>) -> Judged {
+        vec![(Judge::Input("command"), unwired(wired, "command", "the thruster never fires"))]
+    }
     fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
         crate::engine::needs_pressure(self.p.exit_area)
     }

@@ -106,6 +106,15 @@ impl Model for SolidMotor {
     type FeedthroughOutputs = MotorOut;
     type DiscreteState = Burn;
     type Guards = NextRow;
+    fn without_effect(&self, wired: IsWired<'_>) -> Judged {
+        let never = "`start` is not written, so the motor never ignites";
+        let late = self.p.start.filter(|_| wired("ignite")).map(|_| {
+            BuildError::new("`start` determines the ignition")
+                .help("remove `start`, or the wire to `ignite`")
+        });
+        let idle = if self.p.start.is_none() { unwired(wired, "ignite", never) } else { late };
+        vec![(Judge::Input("ignite"), idle)]
+    }
     fn build(p: SolidMotorParams) -> Result<Self, BuildError> {
         let curve = Curve::new(&p.curve, "curve")?;
         let wrong = |fact: &str, help: &str| Err(BuildError::new(fact).help(help).at("curve"));

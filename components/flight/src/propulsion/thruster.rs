@@ -195,6 +195,9 @@ impl Model for Thruster {
     type FeedthroughOutputs = ThrusterOut;
     type DiscreteState = Valve;
     type Guards = Switching;
+    fn without_effect(&self, wired: IsWired<'_>) -> Judged {
+        vec![(Judge::Input("command"), unwired(wired, "command", "the thruster never fires"))]
+    }
     fn init_d(&self) -> Valve {
         Valve {
             open: false,

@@ -24,7 +24,7 @@ pub struct VectorThrustParams {
     #[param(unit = "m^2", default = 0.0, range = 0.0..)]
     pub exit_area: f64,
     /// Force at the start, W.
-    #[param(unit = "N", default = Vec3::zeros())]
+    #[param(unit = "N", default = Vec3::zeros(), needs = "lag")]
     pub start: Vec3,
 }
 

@@ -43,10 +43,10 @@ pub struct RadiationPanelParams {
     /// Mesh whose facets are panels.
     pub mesh: Option<MeshParams>,
     /// Specular reflectivity of the facets of `mesh`.
-    #[param(default = 0.0, range = 0.0..=1.0)]
+    #[param(default = 0.0, range = 0.0..=1.0, needs = "mesh")]
     pub mesh_specular: f64,
     /// Diffuse reflectivity of the facets of `mesh`.
-    #[param(default = 0.0, range = 0.0..=1.0)]
+    #[param(default = 0.0, range = 0.0..=1.0, needs = "mesh")]
     pub mesh_diffuse: f64,
     /// Albedo of the planet: the Earth 0.3, Mars 0.25, the Moon 0.12.
     #[param(default = 0.0, range = 0.0..=1.0)]

@@ -52,6 +52,17 @@ pub struct WheelRigidQuasiStatic {
 #[model("mobility.wheel_rigid_quasi_static")]
 impl Model for WheelRigidQuasiStatic {
     type Params = WheelRigidParams;
+    fn without_effect(&self, _: IsWired<'_>) -> Judged {
+        let idle = || {
+            let why = "a wheel of a quasi-static machine is always in balance: it has neither damping nor bristles";
+            Some(
+                BuildError::new(why)
+                    .help("remove it, or use `mobility.wheel_rigid` in a machine with dynamics"),
+            )
+        };
+        let names = ["dissipation", "tangential_stiffness", "tangential_damping"];
+        names.map(|name| (Judge::Param(name), idle())).into()
+    }
     fn build(p: WheelRigidParams) -> Result<Self, BuildError> {
         p.ground()?;
         Ok(WheelRigidQuasiStatic { p })

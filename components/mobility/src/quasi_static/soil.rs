@@ -101,6 +101,17 @@ impl Model for WheelSoilQuasiStatic {
     type FeedthroughInputs = QuasiStaticIn;
     type FeedthroughOutputs = SoilQuasiStaticOut;
     type Store = View<Tracks>;
+    fn without_effect(&self, _: IsWired<'_>) -> Judged {
+        let idle = || {
+            let why = "a wheel of a quasi-static machine is always in balance: it has neither damping nor unloading";
+            Some(
+                BuildError::new(why)
+                    .help("remove it, or use `mobility.wheel_soil` in a machine with dynamics"),
+            )
+        };
+        let names = ["shear_damping", "shear_unloading", "normal_damping", "unloading_stiffness"];
+        names.map(|name| (Judge::Param(name), idle())).into()
+    }
     fn build(p: WheelSoilParams) -> Result<Self, BuildError> {
         Ok(WheelSoilQuasiStatic { model: WheelSoilModel::build(p)? })
     }

@@ -39,7 +39,7 @@ pub struct ScmGroundParams {
     #[param(default = 0.3, range = 0.0..=1.0)]
     pub bulldozing: f64,
     /// Slope at which heaped soil slides.
-    #[param(unit = "rad", default = 0.6109, range = 0.05..1.4)]
+    #[param(unit = "rad", default = 0.6109, range = 0.05..1.4, needs = "bulldozing")]
     pub repose: f64,
     /// The ground.
     #[param(service)]

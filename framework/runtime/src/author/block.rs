@@ -6,6 +6,7 @@ use crate::author::jacobian::{Jacobian, Operation};
 use crate::author::model::{Description, Fired, Model, Store};
 use crate::author::overlay::SharedOverlay;
 use crate::author::ports::{Lanes, Text};
+use crate::author::setting::{IsWired, Judged};
 use crate::author::shown::SharedField;
 use crate::author::time::Clock;
 use crate::author::value::Value;
@@ -287,6 +288,10 @@ pub trait Prototype: Any + Send + Sync {
     fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
         Vec::new()
     }
+    /// Parameters and inputs that may have no effect: [`Model::without_effect`].
+    fn without_effect(&self, _wired: IsWired<'_>) -> Judged {
+        Judged::new()
+    }
     /// Accounts that the block adds to the balances besides its ports.
     fn accounts(&self) -> OwnAccounts {
         OwnAccounts::default()
@@ -409,6 +414,9 @@ impl<M: Model> Prototype for Built<M> {
     }
     fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
         self.model.must_be_wired()
+    }
+    fn without_effect(&self, wired: IsWired<'_>) -> Judged {
+        self.model.without_effect(wired)
     }
     fn block(&self, w: Wiring) -> Box<dyn Block> {
         let store = self.model.init_store();

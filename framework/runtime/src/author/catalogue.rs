@@ -99,7 +99,10 @@ impl Entry {
                 Some(Box::new(Built {
                     model: Arc::new(model),
                     params: shown,
-                    description: description.clone(),
+                    description: match cx.slides {
+                        true => Arc::new(description.on_slider()),
+                        false => description.clone(),
+                    },
                 }))
             }),
         }

@@ -3,6 +3,7 @@ use crate::author::error::BuildError;
 use crate::author::overlay::SharedOverlay;
 use crate::author::params::{ParamSpec, Params};
 use crate::author::ports::{Lanes, PortSpec, Text};
+use crate::author::setting::{IsWired, Judged};
 use crate::author::shown::{BINDING, SharedField};
 use crate::author::time::Clock;
 use serde::{Serialize, de::DeserializeOwned};
@@ -123,6 +124,12 @@ pub trait Model: Sized + Send + Sync + 'static {
     /// each with the reason.
     fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
         Vec::new()
+    }
+    /// Returns the parameters and inputs whose effect depends on other parameters, services or wires, each with the reason for which it has no
+    /// effect, or `None` if it acts. A written parameter, a wire, or a forgotten command without an effect in all phases causes a warning. State
+    /// conditions on parameters of the same struct by `#[param(needs = "..")]` instead.
+    fn without_effect(&self, _wired: IsWired<'_>) -> Judged {
+        Judged::new()
     }
     /// Returns the initial continuous state.
     fn init_x(&self) -> Self::State {
@@ -365,6 +372,21 @@ impl Description {
             imprint: Vec::new(),
             inertial: M::INERTIAL,
         }
+    }
+    /// Returns the description of an instance that acts on a slider.
+    pub(crate) fn on_slider(&self) -> Self {
+        let mut all = self.clone();
+        let groups = [
+            &mut all.inputs,
+            &mut all.feedthrough_inputs,
+            &mut all.outputs,
+            &mut all.feedthrough_outputs,
+            &mut all.continuous,
+            &mut all.discrete,
+            &mut all.guards,
+        ];
+        groups.into_iter().flatten().for_each(PortSpec::slide);
+        all
     }
     /// Returns all inputs; inputs without feedthrough come first.
     pub fn all_inputs(&self) -> impl Iterator<Item = &PortSpec> {

@@ -89,8 +89,8 @@ pub struct ParamSpec {
     pub service: bool,
     /// SI unit that replaces `unit` if the part acts on a slider: coordinates are lengths there, and torques are forces.
     pub slider: Option<&'static str>,
-    /// Condition on other parameters of the same struct under which it has an effect: `brake` (not zero), `law = current, resistance`, `law != power`;
-    /// terms are combined by ` or `. A written parameter without an effect causes a warning.
+    /// Condition on other parameters of the same struct under which it has an effect: `brake` (not zero), `law = current, resistance`, `law != power`,
+    /// `filling_time = none` (not written); terms are combined by ` or `. A written parameter without an effect causes a warning.
     pub needs: Option<&'static str>,
 }
 
@@ -141,6 +141,7 @@ fn idle(needs: &str, map: &Located, specs: &[ParamSpec]) -> Option<(String, Stri
             Value::Number(x) => word.parse() == Ok(*x),
             Value::Text(text) => text == word,
             Value::Variant(name, _) => name == word,
+            Value::Null => word == "none",
             _ => false,
         };
         let any = |words: &str| words.split(',').any(|word| is(word.trim()));

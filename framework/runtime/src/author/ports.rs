@@ -64,6 +64,10 @@ pub struct PortSpec {
     pub lanes: usize,
     /// Unit as written; empty for composite kinds.
     pub unit: Text,
+    /// Unit that replaces `unit` if the part acts on a slider: coordinates are lengths there, and torques are forces.
+    pub slider: Option<Text>,
+    /// The part acts on a slider, so the lanes of hinge states, torques and accelerations have units of lengths and forces.
+    pub slides: bool,
     /// Meaning.
     pub doc: Text,
     /// Value without a wire; `None`: a wire is required.
@@ -100,6 +104,8 @@ impl PortSpec {
             kind: T::KIND,
             lanes: T::N,
             unit: unit.unwrap_or(T::UNIT).into(),
+            slider: None,
+            slides: false,
             doc: doc.into(),
             default,
             sum,
@@ -119,6 +125,8 @@ impl PortSpec {
             kind,
             lanes,
             unit: Text::Borrowed(""),
+            slider: None,
+            slides: false,
             doc: Text::Borrowed(""),
             default: None,
             sum: false,
@@ -202,6 +210,21 @@ impl PortSpec {
         self
     }
 
+    /// Sets the unit that applies if the part acts on a slider.
+    #[must_use]
+    pub fn on_slider(mut self, unit: &'static str) -> Self {
+        self.slider = Some(unit.into());
+        self
+    }
+
+    /// Changes the units to the units of a part on a slider.
+    pub(crate) fn slide(&mut self) {
+        self.slides = true;
+        if let Some(unit) = self.slider.take() {
+            self.unit = unit;
+        }
+    }
+
     /// Returns the parsed unit; composite kinds have none.
     pub fn unit(&self) -> Unit {
         Unit::parse(&self.unit).unwrap_or(Unit::ONE)
@@ -271,6 +294,11 @@ impl PortSpec {
                 v.extend(names.map(|c| (format!(".inertia.{c}"), "kg m^2".into())));
                 v
             }
+            PortKind::HingeState if self.slides => {
+                vec![(".angle".into(), "m".into()), (".rate".into(), "m/s".into())]
+            }
+            PortKind::HingeTorque if self.slides => vec![(String::new(), "N".into())],
+            PortKind::HingeAccel if self.slides => vec![(String::new(), "m/s^2".into())],
             PortKind::HingeState => {
                 vec![(".angle".into(), "rad".into()), (".rate".into(), "rad/s".into())]
             }

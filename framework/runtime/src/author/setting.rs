@@ -1,6 +1,7 @@
 //! Settings of the file that have no effect in any phase.
 //!
 //! A setting may act in one phase only: the damping of a hinge that another phase prescribes. The warning is therefore made from all phases together.
+use crate::author::error::BuildError;
 use crate::author::value::{Fault, Origin};
 use std::collections::BTreeMap;
 
@@ -15,6 +16,29 @@ pub struct Setting {
     pub origin: Origin,
     /// The reason for which it does not act, and the remedy; `None`: it acts.
     pub idle: Option<(String, String)>,
+}
+
+/// Returns whether an input of the part has a source. A name such as `torque` stands for `torque` and for each `wheels[i].torque`.
+pub type IsWired<'a> = &'a dyn Fn(&str) -> bool;
+
+/// Something of a part that may have no effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Judge {
+    /// The parameter with this name; it counts if the file states another value than the default.
+    Param(&'static str),
+    /// The input with this name, wired or not.
+    Input(&'static str),
+}
+
+/// Parameters and inputs of a part, each with the reason for which it has no effect and the remedy, or `None` if it acts.
+pub type Judged = Vec<(Judge, Option<BuildError>)>;
+
+/// Returns the reason for which something has no effect while an input has no source; `so` states the consequence. `None` if it has one.
+pub fn unwired(wired: IsWired<'_>, input: &str, so: &str) -> Option<BuildError> {
+    (!wired(input)).then(|| {
+        BuildError::new(format!("no wire leads to `{input}`; {so}"))
+            .help(format!("wire `{input}`, or set it from a program"))
+    })
 }
 
 /// Returns a warning for each owner and reason, with the settings that act in none of the phases that have them.

@@ -7,6 +7,7 @@ use crate::author::error::BuildError;
 use crate::author::model::{Description, Fired, Functions, Store, lanes};
 use crate::author::params::Params;
 use crate::author::ports::{PortSpec, Text};
+use crate::author::setting::{IsWired, Judged};
 use crate::author::shown::SharedField;
 use crate::author::time::Clock;
 use crate::author::value::Value;
@@ -55,6 +56,12 @@ pub trait SizedModel: Sized + Send + Sync + 'static {
     /// # Errors
     /// The reason for which no model can be built from these parameters.
     fn build(p: Self::Params) -> Result<Self, BuildError>;
+    /// Returns the parameters and inputs whose effect depends on other parameters, services or wires, each with the reason for which it has no
+    /// effect, or `None` if it acts. A written parameter, a wire, or a forgotten command without an effect in all phases causes a warning. State
+    /// conditions on parameters of the same struct by `#[param(needs = "..")]` instead.
+    fn without_effect(&self, _wired: IsWired<'_>) -> Judged {
+        Judged::new()
+    }
     /// Writes the initial states; both slices come as zeros.
     fn initial(&self, x: &mut [f64], d: &mut [f64]) {}
     /// Returns the initial store.
@@ -166,6 +173,9 @@ impl<M: SizedModel> Prototype for BuiltSized<M> {
     }
     fn stored(&self) -> bool {
         std::mem::size_of::<M::Store>() > 0
+    }
+    fn without_effect(&self, wired: IsWired<'_>) -> Judged {
+        self.model.without_effect(wired)
     }
     fn block(&self, w: Wiring) -> Box<dyn Block> {
         let d = &self.description;

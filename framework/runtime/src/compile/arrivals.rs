@@ -4,8 +4,9 @@ use super::part::Part;
 use crate::author::host::End;
 use crate::author::model::{Description, lanes};
 use crate::author::ports::PortSpec;
+use crate::author::setting::{Judge, Setting};
 use crate::author::shown::BINDING;
-use crate::author::value::Fault;
+use crate::author::value::{Fault, Origin};
 use crate::plan::compiled::Sum;
 
 /// A source lane that arrives at an input lane.
@@ -175,6 +176,51 @@ impl Sorted {
         }
         let ud = all.split_off(u_lanes);
         out.inputs.push((all, ud));
+        self.judge(part, first, out);
+    }
+
+    /// Records the parameters and inputs of a part that may have no effect ([`crate::Model::without_effect`]); its first input is `first`.
+    fn judge(&self, part: &Part<'_>, first: usize, out: &mut Connections) {
+        let d = part.prototype.description();
+        let sources = |name: &str| -> Vec<&Arrival> {
+            let (mut lane, mut found) = (first, Vec::new());
+            for port in d.all_inputs() {
+                let own = port
+                    .name
+                    .strip_suffix(name)
+                    .is_some_and(|rest| rest.is_empty() || rest.ends_with('.'));
+                let lanes = lane..lane + port.lanes;
+                lane += port.lanes;
+                found.extend(lanes.filter(|_| own).filter_map(|at| self.at(at).first()));
+            }
+            found
+        };
+        for (judged, idle) in part.prototype.without_effect(&|name| !sources(name).is_empty()) {
+            let (name, origin) = match judged {
+                Judge::Input(name) => {
+                    let wire = sources(name).first().map(|a| out.links[a.link as usize].origin);
+                    (name, wire.unwrap_or(part.spec.origin))
+                }
+                Judge::Param(name) => {
+                    let spec = d.params.iter().find(|p| p.name == name);
+                    let default = spec.and_then(|p| p.default.as_ref());
+                    let Some(own) = part.spec.params.get(name) else { continue };
+                    // A value that equals the default requests nothing, and `needs` is judged elsewhere.
+                    if default == Some(&own.value) || spec.is_some_and(|p| p.needs.is_some()) {
+                        continue;
+                    }
+                    (name, own.origin)
+                }
+            };
+            let idle = idle.map(|why| (why.message, why.help.unwrap_or_default()));
+            let origin = if origin == Origin::NONE { part.spec.origin } else { origin };
+            out.settings.push(Setting {
+                owner: format!("`{}`", part.spec.path),
+                name,
+                origin,
+                idle,
+            });
+        }
     }
 
     /// Finds the source lanes of one input port; its first lane is `lane` in its part and `at` among all.

@@ -1,5 +1,6 @@
 //! Connections: the source lane of each input.
 use crate::author::host::End;
+use crate::author::setting::Setting;
 use crate::author::value::Origin;
 use crate::plan::compiled::{Sizes, Sum, Via};
 use std::collections::BTreeMap;
@@ -23,6 +24,8 @@ pub(crate) struct Connections {
     pub tears: Vec<Tear>,
     /// For listings and loop reports.
     pub links: Vec<Link>,
+    /// Parameters and inputs that may have no effect.
+    pub settings: Vec<Setting>,
 }
 
 /// A wire that is solved for.

@@ -130,6 +130,7 @@ pub(crate) fn compile_phase(
         hosted.chain(fields.wires.iter().map(|(field, wire)| (field.as_str(), wire))).collect();
     let mut connections =
         connect::connect((spec, &delays.wires), &parts, absent, &hosted, sizes, &mut faults);
+    part_settings.append(&mut connections.settings);
     bindings::uncommanded(&parts, &connections, &mut warnings);
     bindings::untaken(&parts, &connections, &mut warnings);
     table::rates(spec, &mut parts, within.tick, &mut faults);

@@ -12,6 +12,14 @@ impl Simulation {
         let plan = self.plan.clone();
         let now = self.next(Evaluation::Tick);
         let State { x, d, sig, .. } = &self.state;
+        // The events of the start have already been handled. The discrete states before them show what a part waits for: a spring that is released
+        // at once has a warning, and so has a motor that is lit at once.
+        let mut before = d.clone();
+        for part in &plan.parts {
+            let (w, n) = (&part.wiring, part.lanes());
+            part.prototype.initial(&mut vec![0.0; n.x], &mut before[w.d..w.d + n.d]);
+        }
+        let d = &before;
         let mut all = Vec::new();
         // Parts of a machine that was brought to rest before the start give no warnings.
         let rests = |k: u32| plan.rest.as_ref().is_some_and(|rest| rest.parts.contains(&k));
