@@ -121,7 +121,12 @@ def maps(rng):
     told = common.describe().ask_json({"map": str(file)})
     if "error" in told:
         return f"rejected: {told['error']}: {options}"
-    if told["size"] != [width, height] or common.differs(told["spacing"], spacing, 1e-12):
+    tolerance = 1e-12
+    if options["crs"] == "EPSG:3857":
+        # Linkwork has true distances, and the origin is the south-west node.
+        middle = y + 0.5 * (height - 1) * spacing[1]
+        spacing, (x, y), tolerance = [s * k for s, k in zip(spacing, stretch(x, middle))], (0.0, 0.0), 1e-6
+    if told["size"] != [width, height] or common.differs(np.divide(told["spacing"], spacing), [1, 1], tolerance):
         return f"size or spacing: {told['size']} {told['spacing']}, not {width} {height} {spacing}"
     if common.differs(told["origin"], [x, y], 1e-9):
         return f"origin: {told['origin']}, not {[x, y]} (point: {point})"
@@ -133,6 +138,19 @@ def maps(rng):
     off = float(np.nanmax(np.abs(mine - wanted)))
     # Heights are kept in 32 bits.
     return None if off < 2e-3 else f"heights: {off:.1e} m off: {options}"
+
+
+def stretch(x, y):
+    """True distances on WGS 84 per distance in Web Mercator, along x and y, from positions of GDAL 200 m apart."""
+    from rasterio.warp import transform
+
+    places = [(x - 100, y), (x + 100, y), (x, y - 100), (x, y + 100)]
+    longitude, latitude = (np.radians(a) for a in transform("EPSG:3857", "EPSG:4326", *zip(*places)))
+    e2 = (2 - 1 / 298.257223563) / 298.257223563
+    normal = 6378137.0 / np.sqrt(1 - e2 * np.sin(latitude) ** 2)
+    across = normal * np.cos(latitude)
+    at = np.array([across * np.cos(longitude), across * np.sin(longitude), normal * (1 - e2) * np.sin(latitude)])
+    return [np.linalg.norm(at[:, k + 1] - at[:, k]) / 200 for k in (0, 2)]
 
 
 CASES = {"meshes": meshes, "maps": maps}

@@ -95,3 +95,23 @@ fn meshes_that_cannot_be_shown_are_warnings_of_an_import() {
     let warnings: String = loaded.warnings().iter().map(|w| w.message.clone()).collect();
     assert!(warnings.contains("broken.dae` of `b` cannot be shown"), "{warnings}");
 }
+
+/// A warning about an element of an included file has the name of this file and the line there.
+#[test]
+fn warnings_name_the_file_in_which_an_element_is_written() {
+    let dir = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(dir.path().join(name), text).unwrap();
+    let more =
+        "<mujocoinclude>\n<sensor>\n<touch name=\"pad\" site=\"s\"/></sensor></mujocoinclude>";
+    write("more.xml", more);
+    let robot = r#"<mujoco><include file="more.xml"/><worldbody><body name="b"><joint/><geom size="0.1" bogus="1"/><site name="s"/></body></worldbody></mujoco>"#;
+    write("robot.xml", robot);
+    let text = "Simulation(import: (file: \"robot.xml\"))";
+    let loaded = load(dir.path(), "sim.ron", text).unwrap_or_else(|f| panic!("{f}"));
+    let warnings: Vec<String> = loaded.warnings().iter().map(|w| w.message.clone()).collect();
+    let unused = warnings.iter().find(|w| w.contains("that are not used")).unwrap();
+    let line = |part: &str| unused.lines().find(|l| l.contains(part)).unwrap().to_owned();
+    assert!(line("touch").contains("sensor/touch[pad] ("), "{unused}");
+    assert!(line("touch").contains("more.xml:3)"), "{unused}");
+    assert!(line("bogus").contains("(line 1)"), "{unused}");
+}

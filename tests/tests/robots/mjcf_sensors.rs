@@ -188,29 +188,3 @@ fn readings_of_bodies_and_relative_frames_are_those_of_mujoco() {
         }
     }
 }
-
-/// A warning about an element of an included file has the name of this file and the line there.
-#[test]
-fn warnings_name_the_file_in_which_an_element_is_written() {
-    let dir = tempfile::tempdir().unwrap();
-    let write = |name: &str, text: &str| std::fs::write(dir.path().join(name), text).unwrap();
-    write(
-        "more.xml",
-        "<mujocoinclude>\n<sensor>\n<touch name=\"pad\" site=\"s\"/></sensor></mujocoinclude>",
-    );
-    write(
-        "robot.xml",
-        r#"<mujoco><include file="more.xml"/><worldbody><body name="b"><joint/><geom size="0.1" bogus="1"/><site name="s"/></body></worldbody></mujoco>"#,
-    );
-    write("sim.ron", r#"Simulation(import: (file: "robot.xml"), until: "1 s")"#);
-    let ready = linkwork_assemblies::library().file(&dir.path().join("sim.ron"), &[], None);
-    let ready = ready.map_err(|f| f.render(false)).unwrap();
-    let told: Vec<String> = ready.warnings().iter().map(|f| f.message.clone()).collect();
-    let unused = told.iter().find(|m| m.contains("that are not used")).unwrap();
-    let line = |part: &str| unused.lines().find(|l| l.contains(part)).unwrap().to_owned();
-    assert!(
-        line("touch").contains("sensor/touch[pad] (") && line("touch").contains("more.xml:3)"),
-        "{unused}"
-    );
-    assert!(line("bogus").contains("(line 1)"), "{unused}");
-}
