@@ -178,6 +178,5 @@ fn it_never_pushes_and_what_makes_no_sense_is_refused() {
     };
     assert_eq!(refused(Vec::new()).param.as_deref(), Some("legs"));
     assert!(refused(legs(0.8, 0.7)).message.contains("too short"));
-    let d = Taut { taut: false, changes: 0.0 };
-    assert_eq!(m.startup_warnings(&d, &ends(Vec3::z() * 13.0)).len(), 1);
+    assert_eq!(m.startup_warnings(&ends(Vec3::z() * 13.0)).len(), 1);
 }
