@@ -27,6 +27,10 @@ impl From<Wrap> for VizError {
     }
 }
 
+/// Largest number of messages of a file with an index at its end. The index takes some 3 kB of memory per message until the file is complete, so it must not grow with a
+/// long run. Viewers read files without it, too; `rerun rrd verify` reports its absence.
+const INDEXED: u64 = 20_000;
+
 /// The usual address of a viewer on this machine.
 const LIVE: &str = "rerun+http://127.0.0.1:9876/proxy";
 
@@ -46,6 +50,8 @@ struct Inner {
     encoder: Encoder<BufWriter<File>>,
     name: String,
     error: Option<String>,
+    /// Number of messages.
+    messages: u64,
 }
 
 impl RrdFile {
@@ -55,10 +61,9 @@ impl RrdFile {
         let file = File::create(path).map_err(|e| Wrap(format!("`{name}`: {e}")))?;
         let options = EncodingOptions::PROTOBUF_COMPRESSED;
         let version = re_sdk::build_info().version;
-        let mut encoder = Encoder::new_eager(version, options, BufWriter::new(file))?;
-        // The index at the end is omitted, because it would be kept in memory and grow with the run.
-        encoder.do_not_emit_footer();
-        let file = RrdFile(Arc::new(Mutex::new(Inner { encoder, name, error: None })));
+        let encoder = Encoder::new_eager(version, options, BufWriter::new(file))?;
+        let inner = Inner { encoder, name, error: None, messages: 0 };
+        let file = RrdFile(Arc::new(Mutex::new(inner)));
         let sink = file.clone();
         let rec = builder(title)?.buffered()?;
         rec.set_sink(Box::new(re_sdk::sink::CallbackSink::new(move |m| sink.append(m))));
@@ -72,6 +77,10 @@ impl RrdFile {
     fn append(&self, messages: &[LogMsg]) {
         self.with(|i| {
             for message in messages {
+                i.messages += 1;
+                if i.messages > INDEXED {
+                    i.encoder.do_not_emit_footer();
+                }
                 if i.error.is_none()
                     && let Err(e) = i.encoder.append(message)
                 {

@@ -2,8 +2,10 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
+from conftest import program
 
 pytestmark = pytest.mark.usefixtures("at_source")
 
@@ -84,4 +86,12 @@ def test_mistakes_end_with_a_message(folder, arguments, message):
 def test_the_example_runs_on_the_command_line(at_source, tmp_path):
     example = at_source / "sims/python_controller"
     done = call(tmp_path, "--models", example / "run.py", "run", example / "cart_pole.ron", "--quiet", "--save-rrd", "off", "--out", "out")
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_recording_passes_the_check_of_rerun(at_source, tmp_path):
+    run = [program(), "run", "sims/pendulum", "--until", "2s", "--quiet", "--out", tmp_path / "out"]
+    subprocess.run(run, check=True, timeout=120)
+    rerun = Path(sys.executable).with_name("rerun")
+    done = subprocess.run([rerun, "rrd", "verify", tmp_path / "out/run.rrd"], capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr

@@ -246,3 +246,27 @@ def test_parts_of_a_pose_for_chains_and_frames():
             m.inverse_kinematics(q, [lw.Target("tip", point, **wrong)])
     with pytest.raises(lw.LinkworkError, match="give only one"):
         r.inverse_kinematics("arm", X, axis=[1, 0, 0], along=[1, 0, 0])
+
+
+def test_mimic_fingers_are_timed_with_the_force_of_their_motor(tmp_path):
+    link = '<link name="{}"><inertial><mass value="{}"/><inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    joint = '<joint name="{0}" type="prismatic"><parent link="palm"/><child link="{1}"/><axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="{2}" velocity="5"/>{3}</joint>'
+    text = "".join(link.format(n, m) for n, m in [("palm", 1), ("left", 0.3), ("right", 0.5)])
+    text += joint.format("close", "left", 4, "") + joint.format("follow", "right", 1e-3, '<mimic joint="close" multiplier="-1"/>')
+    file = tmp_path / "gripper.urdf"
+    file.write_text(f'<robot name="gripper">{text}</robot>')
+    gripper = lw.load(file)
+    robot = lw.Robot(gripper, colliders=[])
+    close, follow = (gripper.coordinates(n)[0] for n in ("left", "right"))
+    path = np.zeros((2, 2))
+    path[1, close], path[1, follow] = 0.04, -0.04
+    motion = robot.time_parameterize(path, sections=400)
+    # The motor of one joint accelerates both fingers: 4 N for 0.8 kg.
+    assert motion.duration == pytest.approx(2 * math.sqrt(0.04 * 0.8 / 4), rel=1e-6)
+    q, v, _ = motion.at(0.3 * motion.duration)
+    assert q[follow] == -q[close] and v[follow] == -v[close]
+    path[1, follow] = 0.04
+    with pytest.raises(lw.LinkworkError, match="coupling"):
+        robot.time_parameterize(path)
+    free = lw.Robot(lw.load(file, couplings=False), colliders=[])
+    assert free.time_parameterize(path, effort=[4.0, 4.0]).duration < motion.duration
