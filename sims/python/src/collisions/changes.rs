@@ -187,7 +187,7 @@ impl Collisions {
         self.ask(|r| r.set_points(id, &points))
     }
 
-    /// Mark cells of a voxel map as occupied or free. The edge length of a cell is that of the map, in m.
+    /// Mark cells of a voxel map as occupied or free. The map defines the edge length of a cell, m.
     ///
     /// Parameters
     /// ----------
