@@ -40,7 +40,7 @@ fn models() -> Vec<(&'static str, String, &'static str, &'static str)> {
             "entry_aerodynamics",
             r#""area": 1, "drag": [[0, 1], [1, 1.5]], "lift_to_drag": [[0, 0], [9, 0]]"#,
             "body",
-            "the flow leaves the tables, `drag` from Mach 0 to 1 and `lift_to_drag` from 0 to 9, here Mach 1.0000",
+            "the flow leaves the tables, `drag` from Mach 0 to 1 and `lift_to_drag` from Mach 0 to 9, here Mach 1.0000",
         ),
         of(
             "axisymmetric_aerodynamics",

@@ -17,7 +17,7 @@ fn drive(kp: f64, rate: &str) -> String {
                 "Encoder": (model: "sensors.encoder", params: {{ "ticks": 4096 }}, rate: "{rate}", bind: {{ "shaft": "hinge:wheel" }}),
                 "Motor": (
                     model: "actuators.dc_motor", bind: {{ "shaft": "hinge:wheel" }},
-                    params: {{ "torque_constant": 2.4, "resistance": 11.52, "brake": 10, "coulomb": 0.05, "hold_stiffness": 500, "hold_damping": 5 }},
+                    params: {{ "torque_constant": 2.4, "resistance": 11.52, "coulomb": 0.05, "hold_stiffness": 500, "hold_damping": 5 }},
                 ),
             }},
             connect: [("Motor.supply", "Supply.terminal")],

@@ -178,5 +178,9 @@ fn it_never_pushes_and_what_makes_no_sense_is_refused() {
     };
     assert_eq!(refused(Vec::new()).param.as_deref(), Some("legs"));
     assert!(refused(legs(0.8, 0.7)).message.contains("too short"));
-    assert_eq!(m.startup_warnings(&ends(Vec3::z() * 13.0)).len(), 1);
+    let far = ends(Vec3::z() * 13.0);
+    assert!(m.startup_warnings(&far).is_empty(), "the start with a taut riser is written");
+    let mut loose = m;
+    loose.p.taut = false;
+    assert_eq!(loose.startup_warnings(&far).len(), 1);
 }

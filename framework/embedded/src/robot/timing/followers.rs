@@ -18,7 +18,7 @@ pub(super) struct Follower {
 
 impl Follower {
     /// Moves its generalized force to the coordinates that it follows.
-    pub fn hand_over(&self, forces: &mut [f64]) {
+    pub(super) fn hand_over(&self, forces: &mut [f64]) {
         let own = std::mem::take(&mut forces[self.own]);
         for (leader, factor) in &self.leaders {
             forces[*leader] += factor * own;
