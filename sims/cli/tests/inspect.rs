@@ -263,11 +263,11 @@ fn every_assembly_is_right() {
                 // on.
                 said.code(2).tells(&["there is no part `LocomotionSoftware` here", "help: "]);
             } else if let Some(inputs) =
-                [("navigation_waypoints", 3), ("locomotion", 1), ("suspension_arm", 2)]
+                [("navigation_waypoints", 3), ("locomotion", 2), ("suspension_arm", 2)]
                     .into_iter()
                     .find(|(kind, _)| path.ends_with(format!("parts/{kind}.ron")))
             {
-                // The assembly alone lacks inputs for its pose, the wheel speeds or the desired
+                // The assembly alone lacks inputs for its pose, the rates of wheels and gyro, or the desired
                 // angle.
                 let said = said.code(2).tells(&["is not wired", "help: "]);
                 assert_eq!(said.err.matches("error: ").count(), inputs.1, "{}", said.err);

@@ -157,6 +157,40 @@ fn an_airbag_that_is_pressed_flat_is_reported() {
     assert!(lowest > 0.0 && told.is_empty(), "{lowest} {told:?}");
 }
 
+/// A solid motor whose grain is a tank: 3000 N for 2.4 s need 2.94 kg at 250 s. A motor whose flow nobody takes is reported.
+#[test]
+fn a_motor_takes_the_mass_of_its_grain_from_a_tank() {
+    let motor = |wires: &str| {
+        format!(
+            r#"Simulation(
+    bodies: {{ "c": (parent: "world", hinge: Free, mass: 100, inertia: [10, 10, 10]) }}, gravity: "none",
+    parts: {{
+        "D": (model: "flight.drain"),
+        "T": (model: "flight.propellant_tank", params: {{ "propellant": 3, "radius": 0.1 }}, bind: {{ "bottom": "node:c" }}),
+        "M": (model: "flight.solid_motor", params: {{ "curve": [[0, 0], [0.1, 3000], [2.4, 3000], [2.5, 0]], "specific_impulse": 250, "start": 0.1 }}, bind: {{ "nozzle": "node:c" }}),
+        "None": (model: "basics.constant", params: {{ "value": 0 }}),
+    }},
+    connect: [("D.tank", "T.outlet")], wires: [{wires}],
+    step: "10 ms", integrator: "dormand_prince_54", until: "5 s",
+)"#
+        )
+    };
+    let warnings = |text: &str| -> Vec<String> {
+        let ready =
+            linkwork_assemblies::library().text("motor.ron", text).map_err(|f| f.render(false));
+        ready.unwrap().warnings().iter().map(|f| f.message.clone()).collect()
+    };
+    let text = motor("\"M.flow -> D.flow\"");
+    assert!(warnings(&text).is_empty());
+    let mut sim = scene(&text, &[]).unwrap();
+    sim.run_until(seconds(5.0)).unwrap();
+    // Impulse 3000 N · 2.4 s over 250 s · 9.80665 m/s².
+    let left = sim.get("T.propellant").unwrap();
+    assert!((left - (3.0 - 7200.0 / (250.0 * 9.80665))).abs() < 1e-6, "{left}");
+    let told = warnings(&motor("\"None.y -> D.flow\""));
+    assert!(told.iter().any(|m| m.contains("no part takes the flow")), "{told:?}");
+}
+
 /// At and after its arrival time a descent commands zero force; if the arrival is already over at the start, it warns.
 #[test]
 fn a_descent_ends_at_its_arrival() {

@@ -5,7 +5,7 @@
 //! ```
 //! For steps of fixed methods T is the mean of max(0, …) over the step.
 //! It burns to the end of its curve, whatever the command is. Ignition, every row of the curve and the end
-//! are events. Connect its flow to a `flight.propellant_tank` or to another part that represents its mass.
+//! are events. Wire its flow to a `flight.drain` of a `flight.propellant_tank`, or to another part that represents its mass.
 
 use crate::table::Curve;
 use linkwork_runtime::prelude::*;
@@ -131,6 +131,12 @@ impl Model for SolidMotor {
     }
     fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
         crate::engine::needs_pressure(self.p.exit_area)
+    }
+    fn must_be_read(&self) -> Vec<(&'static str, BuildError)> {
+        let fact = "no part takes the flow, so the mass of its body stays constant during the burn";
+        let help =
+            "wire `flow` to a `flight.drain` that is connected to a `flight.propellant_tank`";
+        vec![("flow", BuildError::new(fact).help(help))]
     }
     fn feedthrough(&self, clock: &Clock, d: &Burn, u: &MotorIn) -> MotorOut {
         let p = &self.p;
