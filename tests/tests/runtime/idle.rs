@@ -13,7 +13,9 @@ fn free(parts: &str) -> String {
 
 /// Asserts that the only warning contains the fact; an empty fact: there is no warning.
 fn told(text: &str, fact: &str) {
-    let all = warnings(text);
+    let mut all = warnings(text);
+    // The motors of these tests have no grain.
+    all.retain(|warning| !warning.contains("no part takes the flow"));
     match fact {
         "" => assert!(all.is_empty(), "{text}: {all:#?}"),
         _ => assert!(all.len() == 1 && all[0].contains(fact), "{fact}: {all:#?}"),
