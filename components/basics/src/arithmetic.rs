@@ -13,9 +13,10 @@ use linkwork_runtime::prelude::*;
 #[derive(Params, Clone, Debug)]
 pub struct GainParams {
     /// Factor.
+    #[param(unit = "*")]
     pub k: f64,
     /// Offset.
-    #[param(default = 0.0)]
+    #[param(unit = "*", default = 0.0)]
     pub offset: f64,
 }
 
@@ -77,7 +78,7 @@ impl Model for Product {
 #[derive(Params, Clone, Debug)]
 pub struct QuotientParams {
     /// Least |b|, SI: the output is 0 where |b| is less, or is zero.
-    #[param(default = 0.0, range = 0.0..)]
+    #[param(unit = "*", default = 0.0, range = 0.0..)]
     pub least: f64,
 }
 
@@ -148,8 +149,10 @@ impl Model for Quotient {
 #[derive(Params, Clone, Debug)]
 pub struct SaturationParams {
     /// Lower limit.
+    #[param(unit = "*")]
     pub lower: f64,
     /// Upper limit.
+    #[param(unit = "*")]
     pub upper: f64,
 }
 
@@ -202,6 +205,7 @@ impl Model for Saturation {
 #[derive(Params, Clone, Debug)]
 pub struct LookupParams {
     /// Rows (u, y) with u rising.
+    #[param(unit = "*")]
     pub table: Vec<[f64; 2]>,
 }
 
@@ -274,7 +278,7 @@ impl Model for Lookup {
 #[derive(Params, Clone, Debug)]
 pub struct ComparatorParams {
     /// Difference by which `a` must exceed `b`.
-    #[param(default = 0.0)]
+    #[param(unit = "*", default = 0.0)]
     pub threshold: f64,
 }
 

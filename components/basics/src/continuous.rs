@@ -10,10 +10,10 @@ use linkwork_runtime::prelude::*;
 #[derive(Params, Clone, Debug)]
 pub struct IntegratorParams {
     /// Factor.
-    #[param(default = 1.0)]
+    #[param(unit = "*", default = 1.0)]
     pub k: f64,
     /// Value at the start.
-    #[param(default = 0.0)]
+    #[param(unit = "*", default = 0.0)]
     pub start: f64,
 }
 
@@ -47,7 +47,7 @@ pub struct LagParams {
     #[param(unit = "s", range = 1e-9..)]
     pub time_constant: f64,
     /// Value at the start.
-    #[param(default = 0.0)]
+    #[param(unit = "*", default = 0.0)]
     pub start: f64,
 }
 

@@ -121,8 +121,10 @@ impl Model for BouncingBall {
 #[derive(Params, Clone, Debug)]
 pub struct RelayParams {
     /// Input at and above which the relay is on.
+    #[param(unit = "*")]
     pub on: f64,
     /// Input at and below which the relay is off; if it equals `on`, the relay is on there.
+    #[param(unit = "*")]
     pub off: f64,
     /// The relay is on at the start.
     #[param(default = false)]

@@ -33,7 +33,7 @@ impl Model for Hold {
 #[derive(Params, Clone, Debug)]
 pub struct DelayParams {
     /// Output before the first sample.
-    #[param(default = 0.0)]
+    #[param(unit = "*", default = 0.0)]
     pub start: f64,
 }
 

@@ -11,6 +11,7 @@ use linkwork_runtime::prelude::*;
 #[derive(Params, Clone, Debug)]
 pub struct ConstantParams {
     /// Value.
+    #[param(unit = "*")]
     pub value: f64,
 }
 
@@ -33,7 +34,7 @@ impl Model for Constant {
 #[derive(Params, Clone, Debug)]
 pub struct SineParams {
     /// Amplitude.
-    #[param(default = 1.0)]
+    #[param(unit = "*", default = 1.0)]
     pub amplitude: f64,
     /// Frequency.
     #[param(unit = "Hz", default = 1.0)]
@@ -42,7 +43,7 @@ pub struct SineParams {
     #[param(unit = "rad", default = 0.0)]
     pub phase: f64,
     /// Offset.
-    #[param(default = 0.0)]
+    #[param(unit = "*", default = 0.0)]
     pub offset: f64,
 }
 
@@ -70,10 +71,10 @@ pub struct StepParams {
     #[param(unit = "s", default = 0.0)]
     pub time: f64,
     /// Value before.
-    #[param(default = 0.0)]
+    #[param(unit = "*", default = 0.0)]
     pub before: f64,
     /// Value after.
-    #[param(default = 1.0)]
+    #[param(unit = "*", default = 1.0)]
     pub after: f64,
 }
 
@@ -135,10 +136,10 @@ pub struct RampParams {
     #[param(unit = "s", default = 0.0)]
     pub time: f64,
     /// Value before.
-    #[param(default = 0.0)]
+    #[param(unit = "*", default = 0.0)]
     pub start: f64,
     /// Growth in a second.
-    #[param(default = 1.0)]
+    #[param(unit = "*", default = 1.0)]
     pub slope: f64,
 }
 

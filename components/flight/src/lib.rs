@@ -67,6 +67,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<guidance::entry_guidance::EntryGuidance>(),
         Entry::model::<guidance::gravity_turn_descent::GravityTurnDescent>(),
         Entry::model::<guidance::ground_motion::GroundMotion>(),
+        Entry::model::<guidance::ground_station::GroundStation>(),
         Entry::model::<guidance::hazard_map::HazardMap>(),
         Entry::model::<guidance::orbit_burns::OrbitBurns>(),
         Entry::model::<guidance::powered_descent::PoweredDescent>(),

@@ -1,10 +1,11 @@
 //! `flight.orbit`: the osculating orbit of a spacecraft, that is, its two-body orbit about the planet as a point mass.
 //! ```text
-//! E = v²/2 − μ/r      h = r × v      p = h²/μ      e = |v × h/μ − r̂|      i: h from z of the planet
+//! E = v²/2 − μ/r      h = r × v      p = h²/μ      e = |v × h/μ − r̂|      a = −μ/2E      i: h from z of the axes
 //! pericentre p/(1 + e) − R      apocentre p/(1 − e) − R, 10³⁰ m on an orbit that is open: farther than any
 //! ```
-//! r and v are inertial. Inclination and ascending node refer to the planet's equator and to its prime meridian at t = 0, for any direction of the
-//! pole in W. All outputs except the apocentre are continuous at escape, so that conditions of phases can use energy or height.
+//! r and v are inertial. Inclination, ascending node and argument of the pericentre refer to the planet's equator and to its prime meridian at t = 0,
+//! for any direction of the pole in W, or to the inertial axes of the world. Energy, heights except that of the apocentre, eccentricity and angles are
+//! continuous at escape, so that conditions of phases can use them.
 
 use crate::guidance::planet::inertial;
 use linkwork_surroundings::prelude::*;
@@ -17,9 +18,22 @@ pub struct OrbitParams {
     /// Radius R above which heights are measured; default: the equatorial radius of the world's body.
     #[param(unit = "m", range = 0.0..)]
     pub radius: Option<f64>,
+    /// Axes to which the angles refer: `equator` of the planet, with x through its prime meridian at t = 0, or `inertial` axes of the world (ICRF
+    /// with `turns: iau`). The `elements` of a start have the same two values of `frame`.
+    #[param(default = OrbitAxes::Equator)]
+    pub axes: OrbitAxes,
     /// The world, whose body the orbit is about.
     #[param(service)]
     pub world: Handle<dyn World>,
+}
+
+/// Axes of the angles of an orbit.
+#[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OrbitAxes {
+    /// Axes of the planet at t = 0.
+    Equator,
+    /// Inertial axes of the world.
+    Inertial,
 }
 
 /// The spacecraft.
@@ -48,12 +62,21 @@ pub struct OrbitOut {
     /// Eccentricity.
     #[port("1")]
     pub eccentricity: f64,
-    /// Inclination to the planet's equator.
+    /// Semi-major axis; negative on a hyperbola, ±1e30 m near a parabola.
+    #[port("m")]
+    pub semi_major_axis: f64,
+    /// Inclination to the x–y plane of `axes`.
     #[port("rad")]
     pub inclination: f64,
-    /// Longitude of the ascending node from the prime meridian at t = 0.
+    /// Longitude (right ascension) of the ascending node from x of `axes`, 0 to 2π; 0 on an equatorial orbit.
     #[port("rad")]
     pub ascending_node: f64,
+    /// Argument of the pericentre, from the ascending node, 0 to 2π; 0 on a circular orbit.
+    #[port("rad")]
+    pub argument_of_pericentre: f64,
+    /// True anomaly, from the pericentre, 0 to 2π; from the ascending node on a circular orbit.
+    #[port("rad")]
+    pub anomaly: f64,
     /// Height of the pericentre.
     #[port("m")]
     pub pericentre: f64,
@@ -62,7 +85,7 @@ pub struct OrbitOut {
     pub apocentre: f64,
 }
 
-/// Height of the apocentre of an open orbit, m.
+/// Height of the apocentre of an open orbit, and largest semi-major axis, m.
 const OPEN: f64 = 1e30;
 /// Least distance from the centre for the potential energy, m; avoids a division by zero.
 const NEAREST: f64 = 1.0;
@@ -95,8 +118,8 @@ pub struct Orbit {
     mu: f64,
     radius: f64,
     site: Option<Site>,
-    /// `R_QW`, from inertial axes W to the axes of the planet at t = 0.
-    to_equator: Quat,
+    /// From inertial axes W, or from the axes of the planet at t = 0 if W is a site, to the axes of the angles.
+    to_axes: Quat,
 }
 
 /// Osculating orbit of a spacecraft: energy, elements, heights of pericentre and apocentre.
@@ -107,16 +130,20 @@ impl Model for Orbit {
     type FeedthroughOutputs = OrbitOut;
     fn build(p: OrbitParams) -> Result<Self, BuildError> {
         let (mu, site) = (body_mu(&p.world)?, orbital(&p.world)?);
-        let to_equator = p.world.planet_axes(0.0).inverse();
+        let to_axes = match (p.axes, site) {
+            (OrbitAxes::Equator, None) => p.world.planet_axes(0.0).inverse(),
+            (OrbitAxes::Inertial, Some(site)) => site.start,
+            (OrbitAxes::Equator, Some(_)) | (OrbitAxes::Inertial, None) => Quat::identity(),
+        };
         let radius = p.radius.unwrap_or_else(|| p.world.radius());
-        Ok(Orbit { mu, radius, site, to_equator })
+        Ok(Orbit { mu, radius, site, to_axes })
     }
     fn feedthrough(&self, clock: &Clock, u: &OrbitIn) -> OrbitOut {
         let (mu, radius) = (self.mu, self.radius);
         let (r, v) = inertial(self.site.as_ref(), &u.body);
-        // The components are along the planet's axes at t = 0.
-        let turn = self.site.map_or(self.to_equator, |s| {
-            Quat::from_scaled_axis(Vec3::z() * (s.rate * clock.t)) * s.pose.rotation
+        let turn = self.site.map_or(self.to_axes, |s| {
+            let turned = Quat::from_scaled_axis(Vec3::z() * (s.rate * clock.t));
+            self.to_axes * turned * s.pose.rotation
         });
         let state = PointMotion { position: turn * r, velocity: turn * v };
         // Vertical motion has no orbital plane: the orbit is a line through the centre.
@@ -145,8 +172,11 @@ impl Model for Orbit {
             path_angle: rise.atan2(across),
             energy,
             eccentricity: e.eccentricity,
+            semi_major_axis: (-0.5 * mu / energy).clamp(-OPEN, OPEN),
             inclination: e.inclination,
             ascending_node: e.ascending_node,
+            argument_of_pericentre: e.pericentre,
+            anomaly: e.anomaly,
             pericentre: e.semi_latus_rectum / (1.0 + e.eccentricity) - radius,
             apocentre,
         }
@@ -166,7 +196,8 @@ mod tests {
             Some(site) => PlainWorld::of_site(MU, R, site),
             None => PlainWorld::inertial(MU, R, 7.292_115e-5),
         };
-        Orbit::build(OrbitParams { radius: None, world: world.handle() }).unwrap()
+        Orbit::build(OrbitParams { radius: None, axes: OrbitAxes::Equator, world: world.handle() })
+            .unwrap()
     }
 
     /// Inclination and node refer to the planet's equator for any direction of its pole in W.
@@ -174,10 +205,42 @@ mod tests {
     fn the_equator_is_that_of_the_planet() {
         let lean = Quat::from_euler_angles(0.4, -0.3, 0.9);
         let world = PlainWorld { start: lean, ..PlainWorld::inertial(MU, R, 7e-5) };
-        let m = Orbit::build(OrbitParams { radius: None, world: world.handle() }).unwrap();
+        let m = Orbit::build(OrbitParams {
+            radius: None,
+            axes: OrbitAxes::Equator,
+            world: world.handle(),
+        })
+        .unwrap();
         let s = Elements::with_axis(7e6, 0.1, 0.9, 2.1, 0.7, 0.3).unwrap().state(MU);
         let y = at(&m, 500.0, lean * s.position, lean * s.velocity);
         assert!((y.inclination - 0.9).abs() < 1e-12 && (y.ascending_node - 2.1).abs() < 1e-12);
+    }
+
+    /// With `axes: inertial` the elements of a start in inertial axes return, from an inertial W and from a site.
+    #[test]
+    fn inertial_axes_are_those_of_the_world() {
+        let s = Elements::with_axis(7e6, 0.1, 0.9, 2.1, 0.7, 0.3).unwrap().state(MU);
+        let lean = Quat::from_euler_angles(0.4, -0.3, 0.9);
+        let of = |world: PlainWorld| {
+            let world = world.handle();
+            Orbit::build(OrbitParams { radius: None, axes: OrbitAxes::Inertial, world }).unwrap()
+        };
+        let free = of(PlainWorld { start: lean, ..PlainWorld::inertial(MU, R, 7e-5) });
+        let pose = linkwork_spatial::Pose::new(Quat::from_euler_angles(0.3, -0.8, 1.1), Vec3::x());
+        let site = Site { pose, rate: 7e-5, start: lean };
+        let t = 500.0;
+        let to_W = site.to_inertial(t).inverse();
+        let r = to_W * s.position;
+        let seen = r - site.relative_to_centre(&Vec3::zeros());
+        let on_it = of(PlainWorld::of_site(MU, R, site));
+        for y in [
+            at(&free, t, s.position, s.velocity),
+            at(&on_it, t, seen, to_W * s.velocity - site.omega().cross(&r)),
+        ] {
+            assert!((y.inclination - 0.9).abs() < 1e-9, "{}", y.inclination);
+            assert!((y.ascending_node - 2.1).abs() < 1e-9, "{}", y.ascending_node);
+            assert!((y.argument_of_pericentre - 0.7).abs() < 1e-8);
+        }
     }
 
     fn at(m: &Orbit, t: f64, position: Vec3, velocity: Vec3) -> OrbitOut {
@@ -210,6 +273,10 @@ mod tests {
                 assert!((y.energy + 0.5 * MU / a).abs() < 1e-6, "{}", y.energy);
                 assert!((y.eccentricity - e).abs() < 1e-12 && (y.inclination - 0.9).abs() < 1e-12);
                 assert!((y.ascending_node - 2.1).abs() < 1e-12, "{}", y.ascending_node);
+                assert!((y.semi_major_axis - a).abs() < 1e-6, "{}", y.semi_major_axis);
+                let pericentre = y.argument_of_pericentre;
+                assert!((pericentre - 0.7).abs() < 1e-10, "{pericentre}");
+                assert!((y.anomaly - anomaly).abs() < 1e-10, "{}", y.anomaly);
                 assert!((y.height - (s.position.norm() - R)).abs() < 1e-6);
                 // The path angle follows from tan γ = e sin ν/(1 + e cos ν).
                 let gamma = (e * anomaly.sin()).atan2(1.0 + e * anomaly.cos());

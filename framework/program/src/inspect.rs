@@ -110,7 +110,11 @@ fn ports(out: &mut String, title: &str, list: &[PortSpec]) {
 
 fn params(out: &mut String, list: &[ParamSpec], indent: usize) {
     for p in list {
-        let mut unit = p.unit.map_or(p.kind.clone(), str::to_string);
+        let mut unit = match p.unit {
+            Some("*") => "any unit".to_string(),
+            Some(unit) => unit.to_string(),
+            None => p.kind.clone(),
+        };
         if let Some(slider) = p.slider {
             unit += &format!("; {slider} on a slider");
         }

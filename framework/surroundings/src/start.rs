@@ -11,6 +11,8 @@ pub enum StartFrame {
     Icrf,
     /// Mean equator and equinox of J2000 (EME2000): a constant rotation of 23 mas from the ICRF.
     Eme2000,
+    /// Inertial axes that coincide with the axes of the body at t = 0: z is its pole, x points to its prime meridian.
+    Equator,
     /// Axes that rotate with the body, at their attitude at t = 0; velocities are relative to these rotating axes.
     Fixed,
     /// Earth-fixed axes with `turns: iau`.
@@ -31,8 +33,10 @@ pub enum Anomaly {
 /// Position and velocity at the start, which the world transforms to W.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Start {
-    /// Osculating elements about the body of the world in inertial axes.
+    /// Osculating elements about the body of the world.
     Elements {
+        /// The axes, which do not rotate. `None`: the inertial axes, for bodies whose pole is within 1° of z.
+        frame: Option<StartFrame>,
         /// a (m); below zero for a hyperbola.
         semi_major_axis: f64,
         /// e.

@@ -3,6 +3,57 @@ use super::{Case, Refused, hold, refuse};
 
 const CASES: &[Case] = &[
     Case {
+        report: "textbook: elements of Mars refer to its equator or to inertial axes, and flight.orbit gives them back in both",
+        text: r#"world: (body: "mars", epoch: "2030-01-01 00:00:00 UTC"),
+        bodies: {
+            "polar": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (elements: (frame: equator, semi_major_axis: "3800 km", eccentricity: 0.05, inclination: "93 deg", ascending_node: "40 deg", pericentre: "270 deg", anomaly: "10 deg"))),
+            "other": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (elements: (frame: inertial, semi_major_axis: "3800 km", eccentricity: 0.05, inclination: "93 deg", ascending_node: "40 deg", pericentre: "270 deg", anomaly: "10 deg"))),
+        },
+        parts: {
+            "Gravity": (model: "environment.point_mass_gravity"),
+            "A": (model: "flight.orbit", bind: { "body": "node:polar" }),
+            "B": (model: "flight.orbit", params: { "axes": inertial }, bind: { "body": "node:other" }),
+            "Ground": (model: "flight.ground_motion", bind: { "body": "node:polar" }),
+        },
+        step: "10 s", integrator: "verner_87", until: "2 h",
+        metrics: {
+            "a": (of: "A.semi_major_axis", unit: "km"), "i": (of: "A.inclination", unit: "deg"), "node": (of: "A.ascending_node", unit: "deg"),
+            "pericentre": (of: "A.argument_of_pericentre", unit: "deg"), "anomaly": (of: "A.anomaly", unit: "deg", at: "time >= 0 s"),
+            "other i": (of: "B.inclination", unit: "deg"), "other node": (of: "B.ascending_node", unit: "deg"), "other pericentre": (of: "B.argument_of_pericentre", unit: "deg"),
+            "south": (of: "Ground.latitude", take: "min", unit: "deg"),
+        }"#,
+        // The geodetic latitude at the southernmost point of an orbit of 93 degrees is 87 degrees plus 2e-2 degrees of flattening.
+        want: &[
+            ("a", 3800.0, 1e-6),
+            ("i", 93.0, 1e-8),
+            ("node", 40.0, 1e-8),
+            ("pericentre", 270.0, 1e-6),
+            ("anomaly", 10.0, 1e-6),
+            ("other i", 93.0, 1e-8),
+            ("other node", 40.0, 1e-8),
+            ("other pericentre", 270.0, 1e-6),
+            ("south", -87.0, 0.1),
+        ],
+    },
+    Case {
+        report: "textbook: a pass through the zenith lasts for acos(R cos e/a) - e of half an orbit",
+        text: r#"world: (body: "earth", turns: still),
+        bodies: { "a": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (elements: (semi_major_axis: "7378.137 km", anomaly: "200 deg"))) },
+        parts: {
+            "Gravity": (model: "environment.point_mass_gravity"),
+            "Station": (model: "flight.ground_station", params: { "latitude": 0, "longitude": "30 deg", "elevation_min": "10 deg" }, bind: { "body": "node:a" }),
+        },
+        step: "60 s", integrator: "verner_87", until: "6360 s", stop_when: "time >= 6307.1194 s",
+        metrics: { "share": (when: "Station.visible"), "high": (of: "Station.elevation", take: "max", unit: "deg"), "near": (of: "Station.range", take: "min", unit: "km"), "rises in": (of: "Station.azimuth", at: "Station.visible", unit: "deg") }"#,
+        // The arc is 2 (31.6432 - 10) degrees of 360.
+        want: &[
+            ("share", 0.120_24, 2e-4),
+            ("high", 90.0, 1e-1),
+            ("near", 1000.0, 1e-3),
+            ("rises in", 270.0, 1e-6),
+        ],
+    },
+    Case {
         report: "SatelliteToolbox.jl #25, jorbit PR 63, anise #718: a circular orbit in the equator",
         text: r#"world: (body: "earth"),
         bodies: { "a": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (elements: (semi_major_axis: "7000 km", anomaly: "90 deg"))) },
@@ -372,6 +423,14 @@ const BARE_DEGREES: &[Refused] = &[
         parts: { "Gravity": (model: "environment.point_mass_gravity") },
         step: 1, until: 1"#,
         says: "is 98.6 rad",
+    },
+    Refused {
+        report: "textbook: elements at the Moon without their axes",
+        text: r#"world: (body: "moon", epoch: "2030-01-01 00:00:00 UTC"),
+        bodies: { "a": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (elements: (semi_major_axis: "1837 km", inclination: "90 deg"))) },
+        parts: { "Gravity": (model: "environment.point_mass_gravity") },
+        step: 1, until: 1"#,
+        says: "frame: equator",
     },
     Refused {
         report: "textbook: a longitude of 77.45",

@@ -208,6 +208,7 @@ const OTHERS: &[(&str, &str)] = &[
     ("flight.entry_aerodynamics", "a corner of coefficients, by the motion"),
     ("flight.feed_line", "sets its smoothed levels at the start"),
     ("flight.glideslope", "a corner of the closing speed, by the motion"),
+    ("flight.ground_station", "rises and sets by the motion"),
     ("flight.kickoff_spring", "ends by the motion"),
     ("flight.line", "taut by the motion"),
     ("flight.line_twist", "winds by the motion"),

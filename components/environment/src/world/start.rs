@@ -13,13 +13,18 @@ use linkwork_world::orbit::{Elements, propagate};
 use linkwork_world::planet::rotation::{eme2000_to_gcrs, teme_to_gcrs};
 use linkwork_world::planet::{Geodetic, PointMotion};
 
+/// Largest angle between the pole of the body and z of the inertial axes for elements without a `frame`, rad. The Earth's pole stays within it for a
+/// century and a half around J2000.
+const NEAR_POLE: f64 = 0.017_453;
+
 impl Inner {
     /// Returns position (m) and velocity (m/s) in W at t = 0.
     pub(super) fn started(&self, start: &Start) -> Result<(Vec3, Vec3), BuildError> {
         match start {
-            Start::Elements { .. } => {
+            Start::Elements { frame, .. } => {
                 let state = self.on_orbit(start)?;
-                self.of_inertial(state.position, state.velocity)
+                let frame = frame.map_or_else(|| self.usual_frame(), Ok)?;
+                self.in_frame(frame, state.position, state.velocity)
             }
             Start::State { frame, position, velocity } => {
                 self.in_frame(*frame, *position, *velocity)
@@ -46,6 +51,10 @@ impl Inner {
         self.named(frame)?;
         match frame {
             StartFrame::Inertial | StartFrame::Icrf => self.of_inertial(r, v),
+            StartFrame::Equator => {
+                let R = self.planet.rotation.at(0.0).R_IP;
+                self.of_inertial(R * r, R * v)
+            }
             StartFrame::Fixed | StartFrame::Itrf => Ok(self.of_body(r, v)),
             StartFrame::Eme2000 => {
                 let R = eme2000_to_gcrs();
@@ -63,7 +72,7 @@ impl Inner {
         let iau = self.params.turning() == Turning::Iau;
         let earth = self.params.body == Centre::Earth;
         let (name, there) = match frame {
-            StartFrame::Inertial | StartFrame::Fixed => return Ok(()),
+            StartFrame::Inertial | StartFrame::Equator | StartFrame::Fixed => return Ok(()),
             StartFrame::Icrf => ("icrf", iau),
             StartFrame::Eme2000 => ("eme2000", iau),
             StartFrame::Itrf => ("itrf", iau && earth),
@@ -84,9 +93,28 @@ impl Inner {
         Err(BuildError::new(fact).help(help))
     }
 
-    /// Returns the state on an orbit about the body, inertial axes.
+    /// Returns the axes of elements without a `frame`.
+    ///
+    /// # Errors
+    /// The pole of the body is far from z of the inertial axes, so that inclinations differ: an orbit over the poles of Mars has an
+    /// inclination between 53° and 127° in the ICRF.
+    fn usual_frame(&self) -> Result<StartFrame, BuildError> {
+        let pole = self.planet.rotation.at(0.0).R_IP * Vec3::z();
+        if pole.z >= NEAR_POLE.cos() {
+            return Ok(StartFrame::Inertial);
+        }
+        let fact = format!(
+            "`elements`: the pole of the body is {:.1} degrees from the z axis of the inertial axes, and `frame` does not say to which of them the angles refer",
+            pole.z.acos().to_degrees()
+        );
+        let help = "write `frame: equator` (of the body) or `frame: inertial` in `elements`";
+        Err(BuildError::new(fact).help(help))
+    }
+
+    /// Returns the state on an orbit about the body, axes of the elements.
     fn on_orbit(&self, start: &Start) -> Result<PointMotion, BuildError> {
         let Start::Elements {
+            frame: _,
             semi_major_axis,
             eccentricity,
             inclination,
@@ -169,6 +197,7 @@ mod tests {
 
     fn elements(anomaly: Anomaly) -> Start {
         Start::Elements {
+            frame: None,
             semi_major_axis: 7e6,
             eccentricity: 0.01,
             inclination: 98f64.to_radians(),
@@ -213,6 +242,7 @@ mod tests {
             assert!((back.pericentre.to_degrees() - 90.0).abs() < 1e-7);
         }
         let open = Start::Elements {
+            frame: None,
             semi_major_axis: 7e6,
             eccentricity: 1.2,
             inclination: 0.0,
@@ -222,6 +252,42 @@ mod tests {
         };
         let e = world.start(&open).err().unwrap();
         assert!(e.message.contains("eccentricity"), "{}", e.message);
+    }
+
+    /// The pole of Mars is 37° from z of the ICRF, so elements must say to which of them they refer. About the equator, the plane of an orbit over
+    /// the poles contains the pole, and the node is on the given side of the prime meridian, for every type of W.
+    #[test]
+    fn elements_at_mars_refer_to_named_axes() {
+        let mars = WorldParams { body: Centre::Mars, ..earth() };
+        let on = |frame| Start::Elements {
+            frame,
+            semi_major_axis: 3.8e6,
+            eccentricity: 0.01,
+            inclination: 90f64.to_radians(),
+            ascending_node: 25f64.to_radians(),
+            pericentre: 0.0,
+            anomaly: Anomaly::True(0.0),
+        };
+        let e = handle(mars.clone()).start(&on(None)).err().unwrap();
+        assert!(e.message.contains("37.") && e.help.unwrap().contains("frame: equator"));
+        // Without a date, the pole of a body is z.
+        assert!(handle(WorldParams::of(Centre::Mars)).start(&on(None)).is_ok());
+        let here =
+            SiteParams { latitude: 0.3, longitude: 1.4, height: -2e3, heading: 0.4, turning: true };
+        for site in [None, Some(here)] {
+            let world = handle(WorldParams { site, ..mars.clone() });
+            let (r, v) = world.start(&on(Some(StartFrame::Equator))).unwrap();
+            let place = world.geographic(0.0, r).unwrap();
+            // The body is at the node, which is at 25° east, and moves north.
+            assert!((place.longitude.to_degrees() - 25.0).abs() < 1e-6, "{}", place.longitude);
+            assert!(place.latitude.abs() < 1e-8);
+            let pole = world.planet_axes(0.0) * Vec3::z();
+            let over = v - world.planet_rate(0.0).cross(&world.relative_to_centre(&r));
+            let north = (4.282_837e13 / 3.8e6 * 1.01 / 0.99_f64).sqrt();
+            assert!((over.dot(&pole) - north).abs() < 0.1, "{} {north}", over.dot(&pole));
+            let (_, v) = world.start(&on(Some(StartFrame::Inertial))).unwrap();
+            assert!((v.dot(&pole) - north).abs() > 100.0);
+        }
     }
 
     /// Vallado's worked example of TEME (AIAA 2006-6753): 6 April 2004. Astropy's TEME to GCRS gives 5102.508959, 6123.011403, 6378.136925 km.

@@ -12,6 +12,7 @@ pub mod entry;
 pub mod entry_guidance;
 pub mod gravity_turn_descent;
 pub mod ground_motion;
+pub mod ground_station;
 pub mod hazard_map;
 pub mod orbit_burns;
 pub mod planet;

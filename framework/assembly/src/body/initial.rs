@@ -38,11 +38,13 @@ record! {
 }
 record! {
     struct OrbitForm: "osculating elements of an orbit" {
+        /// Axes of the angles: equator (of the body of the world, x through its prime meridian at t = 0), inertial, icrf, eme2000, teme. Default: inertial; required if the pole of the body is more than 1 degree from z of the inertial axes.
+        frame: Option<StartFrame> = word(ORBIT_FRAMES).maybe(),
         /// Semi-major axis; negative for a hyperbola.
         semi_major_axis: f64 = number("m").need("write `semi_major_axis: \"7000 km\"`"),
         /// Eccentricity.
         eccentricity: f64 = number("").at_least(0.0).or(0.0),
-        /// Inclination relative to the x–y plane of the inertial axes.
+        /// Inclination relative to the x–y plane of these axes.
         inclination: f64 = number("rad").turn().or(0.0),
         /// Right ascension of the ascending node.
         ascending_node: f64 = number("rad").turn().or(0.0),
@@ -54,9 +56,18 @@ record! {
         mean_anomaly: Option<f64> = number("rad").maybe(),
     }
 }
+/// Names of the axes of elements in files.
+const ORBIT_FRAMES: &[(&str, StartFrame)] = &[
+    ("equator", StartFrame::Equator),
+    ("inertial", StartFrame::Inertial),
+    ("icrf", StartFrame::Icrf),
+    ("eme2000", StartFrame::Eme2000),
+    ("teme", StartFrame::Teme),
+];
 /// Names of the axes of a state in files.
 const FRAMES: &[(&str, StartFrame)] = &[
     ("inertial", StartFrame::Inertial),
+    ("equator", StartFrame::Equator),
     ("icrf", StartFrame::Icrf),
     ("eme2000", StartFrame::Eme2000),
     ("fixed", StartFrame::Fixed),
@@ -65,7 +76,7 @@ const FRAMES: &[(&str, StartFrame)] = &[
 ];
 record! {
     struct StateForm: "state in named axes" {
-        /// Axes: inertial, icrf, eme2000, fixed (to the body of the world), itrf, teme; the origin is the centre of the body.
+        /// Axes: inertial, equator (inertial axes that coincide with the axes of the body of the world at t = 0), icrf, eme2000, fixed (rotating with the body), itrf, teme; the origin is the centre of the body.
         frame: StartFrame = word(FRAMES).need("write `frame: inertial`, fixed or teme"),
         /// Position.
         position: Vec3 = vector("m").need("write `position: [.., .., ..]`"),
@@ -132,6 +143,7 @@ fn started(cx: &mut Cx, v: &Located, x: &Floating, at: &At<'_>) -> Option<Start>
             (true_one, None) => Anomaly::True(true_one.unwrap_or(0.0)),
         };
         return Some(Start::Elements {
+            frame: e.frame,
             semi_major_axis: e.semi_major_axis,
             eccentricity: e.eccentricity,
             inclination: e.inclination,

@@ -357,7 +357,7 @@ impl<'a> ReadCx<'a> {
                     None
                 }
                 (None, None) => {
-                    let unit = self.unit(spec).map(|u| format!(", in {u}")).unwrap_or_default();
+                    let unit = self.one_unit(spec).map(|u| format!(", in {u}")).unwrap_or_default();
                     let message = format!(
                         "`{}`: required parameter `{}` is missing ({}{unit})",
                         self.path,
@@ -371,9 +371,14 @@ impl<'a> ReadCx<'a> {
         }
     }
 
-    /// Returns the SI unit of a parameter of this part.
+    /// Returns the SI unit of a parameter of this part; `*` accepts any unit.
     fn unit(&self, spec: &ParamSpec) -> Option<&'static str> {
         if self.slides { spec.slider.or(spec.unit) } else { spec.unit }
+    }
+
+    /// Returns the SI unit of a parameter of this part for a message; `None` if it is a plain number, or accepts any unit.
+    fn one_unit(&self, spec: &ParamSpec) -> Option<&'static str> {
+        self.unit(spec).filter(|u| *u != "*")
     }
 
     /// Records the written parameters of a struct that have an effect only with other parameters of it.
@@ -419,7 +424,7 @@ impl<'a> ReadCx<'a> {
         if let Some(range) = spec.range
             && !range.holds(number)
         {
-            let unit = self.unit(spec).map(|u| format!(" {u}")).unwrap_or_default();
+            let unit = self.one_unit(spec).map(|u| format!(" {u}")).unwrap_or_default();
             let message = format!("{at} = {number}{unit} is out of range {}{unit}", range.text());
             let mut help = crate::author::doc::first_paragraph(spec.doc);
             if self.unit(spec) == Some("rad") && matches!(v.value, Value::Number(_)) {
@@ -435,6 +440,7 @@ impl<'a> ReadCx<'a> {
     fn quantity(&self, text: &str, spec: &ParamSpec) -> Result<f64, (String, String)> {
         let unit = self.unit(spec);
         let wants = match unit {
+            Some("*") => "write a number in SI, or a text with a unit such as \"12 V\"".into(),
             Some(u) => format!("write a number in {u}, or a text with a unit such as \"1 {u}\""),
             None => "write a plain number".into(),
         };
