@@ -233,6 +233,9 @@ fn what_does_not_belong_together_is_refused() {
     );
     let fault = refused(r#"("Fixed.voltage", "Motor.supply")"#);
     assert!(fault.contains("`Fixed.voltage`: it is not a connector"), "{fault}");
+    assert!(fault.contains("`Fixed` has no connectors"), "{fault}");
+    let fault = refused(r#"("Motor.power", "Battery.terminal")"#);
+    assert!(fault.contains("connectors of `Motor`: supply"), "{fault}");
     let fault = refused(r#"("Motor.supply",)"#);
     assert!(fault.contains("two or more connectors"), "{fault}");
     let fault = refused(r#"("Motr.supply", "Battery.terminal")"#);

@@ -4,9 +4,11 @@ use crate::plan::MechanismPlan;
 use linkwork_dynamics::topology::{self, Report};
 use linkwork_dynamics::{Tree, Workspace};
 use linkwork_multibody::Multibody;
+use linkwork_runtime::doc::number;
 use linkwork_runtime::host::OldState;
 use linkwork_runtime::{Carried, Failure};
 use linkwork_solvers::{ConstrainedSolver, ConstraintMethod, Projector};
+use linkwork_spatial::Vec3;
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -160,19 +162,32 @@ fn close(
     Ok(before.iter().zip(&*v).any(|(a, b)| (a - b).abs() > 1e-9 * fastest))
 }
 
+/// Change of a quantity, relative to the quantity, below which a report says that it is unchanged.
+const SAME: f64 = 1e-9;
+
 /// Formats momentum and energy for a report.
 fn books(r: &Report) -> String {
-    let vector = |v: &linkwork_spatial::Vec3| format!("({:.9e}, {:.9e}, {:.9e})", v.x, v.y, v.z);
-    format!(
-        "momentum {} → {} N s, about ({:.3}, {:.3}, {:.3}) m {} → {} N m s, energy {:.9e} → {:.9e} J",
-        vector(&r.momentum_before.force),
-        vector(&r.momentum_after.force),
-        r.point.x,
-        r.point.y,
-        r.point.z,
-        vector(&r.momentum_before.moment),
-        vector(&r.momentum_after.moment),
-        r.energy_before,
-        r.energy_after
-    )
+    let (before, after) = (&r.momentum_before, &r.momentum_after);
+    let vector = |v: &Vec3| {
+        // Components that are round-off of the others are printed as 0.
+        let part = |x: f64| number(if x.abs() < SAME * v.norm() { 0.0 } else { x });
+        format!("({}, {}, {})", part(v.x), part(v.y), part(v.z))
+    };
+    let change = |a: &Vec3, b: &Vec3, scale: f64, unit: &str| {
+        let (from, to) = (vector(a), vector(b));
+        match (b - a).norm() <= SAME * a.norm().max(b.norm()).max(scale) {
+            true => format!("{from} {unit}, unchanged"),
+            false => format!("{from} → {to} {unit}"),
+        }
+    };
+    let linear = change(&before.force, &after.force, 0.0, "N s");
+    let point = vector(&r.point);
+    let about = format!("N m s about {point} m");
+    let angular = change(&before.moment, &after.moment, before.force.norm(), &about);
+    let (from, to) = (r.energy_before, r.energy_after);
+    let energy = match (to - from).abs() <= SAME * from.abs().max(to.abs()) {
+        true => format!("{} J, unchanged", number(from)),
+        false => format!("{} → {} J", number(from), number(to)),
+    };
+    format!("momentum {linear}; angular momentum {angular}; energy {energy}")
 }

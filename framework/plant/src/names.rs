@@ -119,7 +119,7 @@ fn coordinates(all: &mut Vec<Named>, m: &MechanismPlan, w: &Wiring, body: &Body)
             (n, state(x + nq + sub.v.start + i), "Velocity of the hinge, child axes.")
         });
         let a = a.iter().enumerate().map(|(i, n)| {
-            let doc = "Rate of change of the hinge's velocity lanes.";
+            let doc = "Acceleration of the hinge: rate of change of its velocity.";
             (n, output(w.yd + sub.v.start + i), doc)
         });
         let mut lanes: Vec<_> = q.chain(v).chain(a).collect();

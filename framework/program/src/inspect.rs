@@ -119,6 +119,7 @@ fn params(out: &mut String, list: &[ParamSpec], indent: usize) {
             unit += &format!("; {slider} on a slider");
         }
         let default = match (&p.default, p.service) {
+            (_, true) if p.kind.starts_with("list of patterns") => "all".to_string(),
             (_, true) => "nearest".to_string(),
             (Some(d), _) => d.to_string(),
             (None, _) if p.kind.ends_with("nothing") => "none".to_string(),

@@ -49,6 +49,9 @@ pub struct RunOptions {
     /// No progress bar and no summary on the terminal.
     #[arg(long, short)]
     pub quiet: bool,
+    /// Print for each transition the parts and bodies that change, and momentum and energy before and after.
+    #[arg(long, short)]
+    pub verbose: bool,
 }
 
 /// Slowest and fastest pace.

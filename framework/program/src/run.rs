@@ -160,6 +160,8 @@ struct Run {
     live: Option<(Live, Ticketed)>,
     /// The profile, if requested.
     profile: Option<Profile>,
+    /// Transitions are printed with all details.
+    verbose: bool,
 }
 
 /// The file live.json, which is removed when the socket is closed.
@@ -325,6 +327,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
         sources,
         live,
         profile,
+        verbose: options.verbose,
     })
 }
 
@@ -419,7 +422,7 @@ fn bar(until: Option<Seconds>, quiet: bool) -> ProgressBar {
 }
 
 impl Run {
-    /// Prints the transitions, one line each.
+    /// Prints the transitions, one line each, with details on request. The end of a pin is always printed.
     fn told_moves(&mut self) {
         for (t, what, report) in self.runner.new_moves() {
             let list = |what: &str, names: &[String]| {
@@ -430,8 +433,9 @@ impl Run {
                 .unpinned
                 .iter()
                 .map(|(path, why)| format!("no longer pinned: {path}: {why}"));
-            let lines = lines.into_iter().flatten().chain(pins).chain(report.notes);
-            let lines: String = lines.map(|l| format!("\n    {l}")).collect();
+            let details = lines.into_iter().flatten().chain(report.notes);
+            let details = details.filter(|_| self.verbose);
+            let lines: String = details.chain(pins).map(|l| format!("\n    {l}")).collect();
             self.bar.suspend(|| tell!("t = {t:.6} s: {what}{lines}"));
         }
     }

@@ -18,6 +18,32 @@ fn runaway() -> String {
     ])
 }
 
+/// A transition is one line; `--verbose` adds the parts, and momentum and energy, which a new hinge does not change here.
+#[test]
+fn a_transition_is_one_line_unless_details_are_asked_for() {
+    let lab = Lab::new();
+    let phases = "phases: { \"swings\": (to: { \"flies\": \"time > 0.5 s\" }), \
+                  \"flies\": (remove: [\"Friction\"], bodies: { \"bob\": (hinge: Free, initial: None) }) },\n    start: \"swings\", until: \"0.6 s\"";
+    let angle = "of: \"bob.rate\", take: \"max\", unit: \"rad/s\"";
+    let text = edited(&[
+        ("until: \"1 s\"", phases),
+        (angle, "of: \"Lag.y\""),
+        ("plots: [(title: \"Angle\", of: [\"bob.angle\"], unit: \"deg\")],", ""),
+    ]);
+    lab.write("sim.ron", &text);
+    let line = "`swings` → `flies`: time > 0.5 s";
+    let short = lab.run("sim.ron", "short", &[]).code(0).tells(&[line]);
+    let long = lab.run("sim.ron", "long", &["--verbose"]).code(0).tells(&[
+        line,
+        "parts gone: Friction",
+        "on another hinge: bob",
+        " N s, unchanged; angular momentum (",
+        " J, unchanged",
+    ]);
+    assert!(!short.err.contains("Friction") && !short.err.contains("momentum"), "{}", short.err);
+    assert!(!long.err.contains("e0, "), "{}", long.err);
+}
+
 #[test]
 fn a_runaway_stops_with_its_name_and_time() {
     let lab = Lab::new();

@@ -548,13 +548,8 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     assert!(moved.norm() / 10.0 < 1e-6, "{moved}");
 }
 
-/// Every separation conserves momentum, and angular momentum about the reported point.
+/// Every separation conserves momentum, and angular momentum about the reported point: the report says that they are unchanged, to 1e-9.
 fn books_are_kept(moves: &[(f64, String, linkwork_runtime::MoveReport)]) {
-    let vector = |text: &str| {
-        let inner = text.split_once('(').unwrap().1.split_once(')').unwrap();
-        let row: Vec<f64> = inner.0.split(", ").map(|x| x.parse().unwrap()).collect();
-        (Vec3::from_column_slice(&row), inner.1.to_string())
-    };
     let mut parted = 0;
     // Parts that leave the simulation take their momentum with them.
     let all = |m: &&(f64, String, linkwork_runtime::MoveReport)| {
@@ -563,14 +558,8 @@ fn books_are_kept(moves: &[(f64, String, linkwork_runtime::MoveReport)]) {
     for (t, why, report) in moves.iter().filter(all) {
         for note in report.notes.iter().filter(|n| n.contains("momentum (")) {
             println!("{t:.2} s {why}: {note}");
-            let rest = note.split_once("momentum ").unwrap().1.to_string();
-            let (p0, rest) = vector(&rest);
-            let (p1, rest) = vector(&rest);
-            let (_, rest) = vector(&rest);
-            let (h0, rest) = vector(&rest);
-            let (h1, _) = vector(&rest);
-            assert!((p1 - p0).norm() < 1e-9 * p0.norm(), "{why}: {p0} {p1}");
-            assert!((h1 - h0).norm() < 1e-9 * h0.norm().max(p0.norm()), "{why}: {h0} {h1}");
+            assert!(note.contains(" N s, unchanged; angular momentum ("), "{why}: {note}");
+            assert!(note.contains(" m, unchanged; energy "), "{why}: {note}");
             parted += 1;
         }
     }

@@ -167,24 +167,19 @@ fn a_transition_knows_the_mass_of_the_moment_and_leaves_no_trace() {
     straight.run_until(seconds(40.0)).unwrap();
     assert_eq!(straight.phase(), "caught");
     let moves = straight.take_moves();
-    // The note has the form `momentum (x, y, z) → (x, y, z) N s …`.
-    let along_z = |k: usize| -> [f64; 2] {
+    // The note has the form `momentum (x, y, z) N s, unchanged; angular momentum …`.
+    let along_z = |k: usize| -> f64 {
         let note = moves[k].2.notes.iter().find(|n| n.starts_with("momentum")).unwrap();
         println!("{} {note}", moves[k].1);
-        let mut sides = note.split('→').map(|side| {
-            let inside = side.split('(').nth(1).unwrap().split(')').next().unwrap();
-            inside.split(',').nth(2).unwrap().trim().parse().unwrap()
-        });
-        [sides.next().unwrap(), sides.next().unwrap()]
+        assert!(note.contains(") N s, unchanged; "), "{note}");
+        let inside = note.split('(').nth(1).unwrap().split(')').next().unwrap();
+        inside.split(',').nth(2).unwrap().trim().parse().unwrap()
     };
     let c = 310.0 * 9.80665;
-    // At the first transition 1100 kg have become 700 kg, all at one speed.
+    // At the first transition 1100 kg have become 700 kg, all at one speed. The report has six digits.
     let p = 700.0 * c * (1100.0_f64 / 700.0).ln();
-    for p_told in along_z(0) {
-        assert!((p_told / p - 1.0).abs() < 1e-8, "{p_told} {p}");
-    }
-    let [before, after] = along_z(1);
-    assert!((before / after - 1.0).abs() < 1e-12);
+    assert!((along_z(0) / p - 1.0).abs() < 5e-6, "{} {p}", along_z(0));
+    assert!(along_z(1) > 0.0);
     let mut sim = Simulation::of(program.clone());
     let mut n = 0;
     while sim.before(seconds(40.0)) {

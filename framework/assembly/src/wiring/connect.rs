@@ -118,7 +118,7 @@ impl<'a> Wiring<'a> {
         if found.is_empty() {
             let fact = "it is not a connector, which is a group of inputs and outputs of a part"
                 .to_string();
-            return Err((fact, "`linkwork describe MODEL` lists the connectors of a model".into()));
+            return Err((fact, self.connectors_beside(scope, &end.text)));
         }
         Ok(found.into_values().collect())
     }

@@ -142,6 +142,25 @@ impl<'a> Wiring<'a> {
         Ok(groups.flat_map(|end| end.ports).collect())
     }
 
+    /// Returns the remedy for the name of a connector that does not exist.
+    pub(super) fn connectors_beside(&self, scope: &'a Instance, end: &str) -> String {
+        let usual = "`linkwork describe MODEL` lists the connectors of a model";
+        let Ok(ends) = self.end(scope, end, true) else { return usual.into() };
+        let Some(part) = ends.iter().find_map(|e| Some(&e.ports.first()?.1.part)) else {
+            return usual.into();
+        };
+        let Some(Node::Model(model)) = self.node(part) else { return usual.into() };
+        let Some(ports) = self.ports(model) else { return usual.into() };
+        let all = ports.all_inputs().chain(ports.all_outputs());
+        let mut names: Vec<&str> = all.filter_map(|p| p.connector.as_deref()).collect();
+        names.sort_unstable();
+        names.dedup();
+        match names.is_empty() {
+            true => format!("`{part}` has no connectors: connect its ports by `wires`"),
+            false => format!("connectors of `{part}`: {}", names.join(", ")),
+        }
+    }
+
     /// Returns whether an input is the sum of several wires.
     pub(super) fn takes_sum(&self, input: &PortRef) -> bool {
         let Some(Node::Model(m)) = self.node(&input.part) else { return false };

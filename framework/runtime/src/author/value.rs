@@ -305,17 +305,44 @@ impl fmt::Display for Faults {
 
 impl std::error::Error for Faults {}
 
-/// Returns `did you mean …` and the list of existing names.
+/// Maximum number of names in a message.
+const NAMES_MAX: usize = 40;
+
+/// Returns `did you mean …` and the list of existing names. If there are too many names, only the names with the same path before the last dot are
+/// listed.
 pub fn remedy(name: &str, kind: &str, known: &[&str]) -> String {
+    let owner = name.rsplit_once('.').map_or("", |(owner, _)| owner);
+    let inside = |k: &&&str| k.strip_prefix(owner).is_some_and(|rest| rest.starts_with('.'));
+    let near: Vec<&str> = known.iter().filter(inside).copied().collect();
     let list = if known.is_empty() {
         format!("there are no {kind}")
-    } else if known.len() > 40 {
-        format!("there are {} {kind}", known.len())
-    } else {
+    } else if known.len() <= NAMES_MAX {
         format!("{kind}: {}", known.join(", "))
+    } else if !owner.is_empty() && (1..=NAMES_MAX).contains(&near.len()) {
+        format!("{kind} of `{owner}`: {}", near.join(", "))
+    } else {
+        format!("there are {} {kind}", known.len())
     };
     match did_you_mean(name, known.iter().copied()) {
         Some(guess) => format!("{guess} {list}"),
         None => list,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::remedy;
+
+    /// Of many variables, a message lists the ones of the part that was named.
+    #[test]
+    fn a_remedy_lists_the_names_beside_the_wrong_one() {
+        let many: Vec<String> = (0..50).map(|k| format!("part{k}.x")).collect();
+        let mut known: Vec<&str> = many.iter().map(String::as_str).collect();
+        known.extend(["cart.displacement", "cart.speed"]);
+        let said = remedy("cart.position", "variables", &known);
+        assert!(said.contains("variables of `cart`: cart.displacement, cart.speed"), "{said}");
+        let said = remedy("train.position", "variables", &known);
+        assert!(said.contains("there are 52 variables"), "{said}");
+        assert!(remedy("a", "parts", &["b", "c"]).contains("parts: b, c"));
     }
 }
