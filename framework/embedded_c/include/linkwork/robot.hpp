@@ -151,10 +151,12 @@ LwStatus call(Function function, const Arguments &...arguments) {
   return std::apply(function, std::tuple_cat(pass(arguments)...));
 }
 
-// Calls a function without a handle.
-template <class Function, class... Arguments>
-void call_plain(Function function, const Arguments &...arguments) {
-  check<LwRobot>(call(function, arguments...), nullptr, lw_robot_message);
+// Calls a function without a handle and returns its result, the last argument in C.
+template <class Result, class Function, class... Arguments>
+Result ask(Function function, const Arguments &...arguments) {
+  Result out{};
+  check<LwRobot>(call(function, arguments..., result(out)), nullptr, lw_robot_message);
+  return out;
 }
 
 template <auto Free>
@@ -274,17 +276,13 @@ inline LwObjective posture_objective(std::uint32_t level, Span<const double> pos
 // Returns the corners of the support polygon of contact points, counter-clockwise. Allocates.
 inline std::vector<std::array<double, 2>> support_polygon(std::vector<std::array<double, 2>> points) {
   std::vector<std::array<double, 2>> hull(points.size() + 1);
-  std::size_t count = 0;
-  detail::call_plain(lw_support_polygon, points.empty() ? nullptr : points.front().data(), points.size(),
-                     hull.front().data(), hull.size(), &count);
-  hull.resize(count);
+  double *first = points.empty() ? nullptr : points.front().data();
+  hull.resize(detail::ask<std::size_t>(lw_support_polygon, first, points.size(), hull.front().data(), hull.size()));
   return hull;
 }
 // Returns the distance of a point from the nearest edge of such a polygon, m; negative outside.
 inline double support_margin(Span<const std::array<double, 2>> hull, std::array<double, 2> p) {
-  double out = 0;
-  detail::call_plain(lw_support_margin, hull, p, &out);
-  return out;
+  return detail::ask<double>(lw_support_margin, hull, p);
 }
 
 // State of a robot: configuration and motion, at rest if no rates are given. The arrays are not copied: they must exist during the call.
@@ -298,16 +296,12 @@ inline LwMotionState motion_state(Span<const double> q, Span<const double> v = {
 
 // Returns the default effort of inverse kinematics.
 inline LwEffort default_effort() {
-  LwEffort out;
-  lw_effort_default(&out);
-  return out;
+  return detail::ask<LwEffort>(lw_effort_default);
 }
 
 // Returns an upper bound for the kinematics evaluations of inverse kinematics of one chain with such a goal.
 inline std::size_t worst_case_steps(const LwGoal &goal, const LwEffort *effort = nullptr) {
-  std::size_t out = 0;
-  detail::call_plain(lw_effort_worst_case_steps, effort, goal, &out);
-  return out;
+  return detail::ask<std::size_t>(lw_effort_worst_case_steps, effort, goal);
 }
 
 // Constant data of a robot. Threads may share one.
@@ -422,7 +416,7 @@ class Builder : public detail::Owner<LwBuilder, lw_builder_free, lw_builder_mess
   using Inertia = std::array<double, 9>;
 
  public:
-  Builder() : Owner(make()) {}
+  Builder() : Owner(detail::ask<LwBuilder *>(lw_builder_new)) {}
 
   Builder &packages(const Name &folder) { return add(lw_builder_packages, folder); }
   Builder &keep_closures() { return add(lw_builder_keep_closures); }
@@ -496,12 +490,6 @@ class Builder : public detail::Owner<LwBuilder, lw_builder_free, lw_builder_mess
   Model model() { return Model(ask<LwModel *>(lw_builder_model)); }
 
  private:
-  static LwBuilder *make() {
-    LwBuilder *out = nullptr;
-    detail::call_plain(lw_builder_new, &out);
-    return out;
-  }
-
   template <class Function, class... Arguments>
   Builder &add(Function function, const Arguments &...arguments) {
     call(function, arguments...);
@@ -887,7 +875,8 @@ class Transfer : public detail::Tool<LwTransfer, lw_transfer_free> {
 // Prioritized least squares: unknowns x with bounds c x <= most, and levels A x = b. A level never degrades the levels before it.
 class Priorities : public detail::Owner<LwPriorities, lw_priorities_free, lw_priorities_message> {
  public:
-  Priorities(std::size_t n, std::size_t rows, std::size_t bounds) : Owner(make(n, rows, bounds)), n_(n) {}
+  Priorities(std::size_t n, std::size_t rows, std::size_t bounds)
+      : Owner(detail::ask<LwPriorities *>(lw_priorities_new, n, rows, bounds)), n_(n) {}
   void begin() { call(lw_priorities_begin); }
   void bound(Span<const double> c, double most) { call(lw_priorities_bound, c, most); }
   // |A x - b|, and the number of directions of x that remain.
@@ -901,12 +890,6 @@ class Priorities : public detail::Owner<LwPriorities, lw_priorities_free, lw_pri
   void x(Span<double> x) { call(lw_priorities_x, x); }
 
  private:
-  static LwPriorities *make(std::size_t n, std::size_t rows, std::size_t bounds) {
-    LwPriorities *out = nullptr;
-    detail::call_plain(lw_priorities_new, n, rows, bounds, &out);
-    return out;
-  }
-
   std::size_t n_;
 };
 
@@ -915,9 +898,7 @@ inline std::size_t bounded(Span<const double> normal, Span<const double> right, 
                            Span<double> s, std::size_t most = 200, double settled = 1e-12) {
   detail::require(right.size() == s.size() && normal.size() == s.size() * s.size(),
                   "`normal`, `right` and `s` do not fit\n  help: give n n, n and n numbers");
-  std::size_t sweeps = 0;
-  detail::call_plain(lw_bounded, normal.data(), right, lower, upper, most, settled, s.data(), &sweeps);
-  return sweeps;
+  return detail::ask<std::size_t>(lw_bounded, normal.data(), right, lower, upper, most, settled, s.data());
 }
 
 }  // namespace linkwork
