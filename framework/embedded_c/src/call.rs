@@ -38,7 +38,7 @@ pub trait Kind {
 /// Conversion of an argument from C, with data `X` of the handle.
 pub(crate) trait Read<X>: Kind + Sized {
     /// Checks memory for results.
-    fn reach(_: &'static str, _: &Self::C) -> Result<(), Fault> {
+    fn reach(_: &'static str, _: &Self::C, _: &X) -> Result<(), Fault> {
         Ok(())
     }
 
@@ -69,7 +69,7 @@ impl<T> Kind for Out<T> {
 }
 
 impl<T, X> Read<X> for Out<T> {
-    fn reach(what: &'static str, c: &Self::C) -> Result<(), Fault> {
+    fn reach(what: &'static str, c: &Self::C, _: &X) -> Result<(), Fault> {
         Out::new(what, *c).map(drop)
     }
 
@@ -83,7 +83,7 @@ impl<T> Kind for Option<Out<T>> {
 }
 
 impl<T, X> Read<X> for Option<Out<T>> {
-    fn reach(what: &'static str, c: &Self::C) -> Result<(), Fault> {
+    fn reach(what: &'static str, c: &Self::C, _: &X) -> Result<(), Fault> {
         if c.is_null() { Ok(()) } else { Out::new(what, *c).map(drop) }
     }
 
@@ -112,6 +112,7 @@ impl Kind for Object {
 impl Kind for ColliderId {
     type C = u32;
 }
+
 /// Declares how a handle finds parts, objects and colliders by index.
 macro_rules! indices {
     ($($type:ty, $X:ty, |$x:ident, $c:ident| $find:expr;)*) => {
@@ -125,11 +126,6 @@ macro_rules! indices {
     };
 }
 pub(crate) use indices;
-
-/// Checks memory for the result `what`.
-pub(crate) fn reach<T: Read<X>, X>(what: &'static str, c: &T::C, _: &X) -> Result<(), Fault> {
-    T::reach(what, c)
-}
 
 /// Declares C functions; see the documentation of this file.
 macro_rules! calls {
@@ -159,7 +155,7 @@ macro_rules! call {
             // SAFETY: guaranteed by the caller.
             unsafe {
                 $crate::edge::alone(handle, <$H>::parts, |$r| {
-                    $($crate::call::reach::<$type, _>(stringify!($arg), &$arg, $r)?;)*
+                    $(<$type as $crate::call::Read<_>>::reach(stringify!($arg), &$arg, $r)?;)*
                     $(let $arg = <$type as $crate::call::Read<_>>::read(stringify!($arg), $arg, $r)?;)*
                     $($body)*
                     Ok(())
@@ -177,7 +173,7 @@ macro_rules! call {
             // SAFETY: guaranteed by the caller.
             unsafe {
                 $crate::edge::shared(handle, <$H>::message, |$m| {
-                    $($crate::call::reach::<$type, _>(stringify!($arg), &$arg, $m)?;)*
+                    $(<$type as $crate::call::Read<_>>::reach(stringify!($arg), &$arg, $m)?;)*
                     $(let $arg = <$type as $crate::call::Read<_>>::read(stringify!($arg), $arg, $m)?;)*
                     $($body)*
                     Ok(())
@@ -191,12 +187,14 @@ macro_rules! call {
         pub unsafe extern "C" fn $name(
             $($arg: <$type as $crate::call::Kind>::C),*
         ) -> $crate::status::LwStatus {
-            // SAFETY: guaranteed by the caller.
-            $crate::edge::plain(|| unsafe {
-                $($crate::call::reach::<$type, _>(stringify!($arg), &$arg, &())?;)*
-                $(let $arg = <$type as $crate::call::Read<_>>::read(stringify!($arg), $arg, &())?;)*
-                $($body)*
-                Ok(())
+            $crate::edge::plain(|| {
+                // SAFETY: guaranteed by the caller.
+                unsafe {
+                    $(<$type as $crate::call::Read<_>>::reach(stringify!($arg), &$arg, &())?;)*
+                    $(let $arg = <$type as $crate::call::Read<_>>::read(stringify!($arg), $arg, &())?;)*
+                    $($body)*
+                    Ok(())
+                }
             })
         }
     };
