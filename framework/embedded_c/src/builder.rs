@@ -1,6 +1,7 @@
 //! Building a model from a file, parts, objects and shapes. Every fault is described in the builder's message.
 
-use crate::edge::{self, LwPose, Out, alone, text, value};
+use crate::call::calls;
+use crate::edge::{self, LwPose, Out, text, value};
 use crate::model::LwModel;
 use crate::status::{Fault, LwStatus, Message};
 use linkwork_embedded::formats::{
@@ -163,16 +164,14 @@ impl Draft {
     /// The conditions in the crate documentation apply.
     pub unsafe fn collider(
         &mut self,
-        name: *const c_char,
-        carrier: *const c_char,
+        name: &str,
+        carrier: &str,
         at: *const LwPose,
         shape: Shape,
     ) -> Result<(), Fault> {
-        // SAFETY: guaranteed by the caller.
-        let (name, carrier) = unsafe { (text("name", name)?, text("carrier", carrier)?) };
         let mut spec = ColliderSpec::new(name, carrier, shape);
         if !at.is_null() {
-            // SAFETY: as above.
+            // SAFETY: guaranteed by the caller.
             spec.pose = unsafe { value("at", at) }?.checked()?;
         }
         self.spec.colliders.push(spec);
@@ -184,26 +183,16 @@ fn model(e: impl ToString) -> Fault {
     Fault::Model(e.to_string())
 }
 
-/// Creates an empty builder and writes it to `out`; free it with `lw_builder_free`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_builder_new(out: *mut *mut LwBuilder) -> LwStatus {
-    let new = LwBuilder { draft: Mutex::default(), message: Mutex::new(Message::new()) };
-    match Out::new("out", out) {
-        Ok(out) => {
-            // SAFETY: guaranteed by the caller.
-            unsafe { out.set(Box::into_raw(Box::new(new))) };
-            LwStatus::Ok
-        }
-        Err(fault) => fault.status(),
+calls![
+    /// Creates an empty builder and writes it to `out`; free it with `lw_builder_free`.
+    fn lw_builder_new(out: Out<*mut LwBuilder>) {
+        let new = LwBuilder { draft: Mutex::default(), message: Mutex::new(Message::new()) };
+        out.set(Box::into_raw(Box::new(new)));
     }
-}
 
-/// Frees a builder; NULL has no effect. Models that it made remain valid.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_builder_free(builder: *mut LwBuilder) {
-    // SAFETY: guaranteed by the caller.
-    unsafe { edge::free(builder) }
-}
+    /// Frees a builder; NULL has no effect. Models that it made remain valid.
+    fn lw_builder_free(builder: *mut LwBuilder);
+];
 
 /// Copies the message of the last failed call with this builder, with its terminating zero, into `buffer` of `room` bytes: place, fact and remedy;
 /// empty when no call failed. Writes the required size to `wanted` (may be NULL). Returns `LW_STATUS_LENGTH` when the message is cut.
@@ -218,229 +207,117 @@ pub unsafe extern "C" fn lw_builder_message(
     unsafe { edge::message(builder, |b| &b.message, buffer, room, wanted) }
 }
 
-/// Adds a folder with packages, for `package://name/..` in files that are read afterwards.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_builder_packages(
-    builder: *mut LwBuilder,
-    folder: *const c_char,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(builder, LwBuilder::parts, |d| {
-            d.options.package_paths.push(PathBuf::from(text("folder", folder)?));
-            Ok(())
-        })
+calls![
+    /// Adds a folder with packages, for `package://name/..` in files that are read afterwards.
+    fn lw_builder_packages(d: &mut LwBuilder, folder: &str) {
+        d.options.package_paths.push(PathBuf::from(folder));
     }
-}
 
-/// Keeps the loops and couplings of the robot, such as joints that mimic others. Call it before the robot is read. `lw_whole_body_ik_solve` and
-/// `lw_whole_body_ik_best` keep them closed. Kinematics, collisions, masses and forces are those of the tree at the given q, as if every coordinate had
-/// its own motor. Functions that would open a loop return `LW_STATUS_DOES_NOT_CLOSE`: searches, rates and paths of a chain that takes part in one,
-/// paths between configurations, tasks, operational space, predictions and transfers. `lw_robot_path_free` and `lw_timing_plan` support linear
-/// couplings, such as joints that mimic others; in the latter these joints have no motor.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_builder_keep_closures(builder: *mut LwBuilder) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(builder, LwBuilder::parts, |d| {
-            if d.description.is_some() {
-                let text = "the robot was read without its loops and couplings\n  help: call lw_builder_keep_closures before lw_builder_robot_file";
-                return Err(Fault::Model(text.into()));
-            }
-            d.spec.closures = Closures::Kept;
-            Ok(())
-        })
+    /// Keeps the loops and couplings of the robot, such as joints that mimic others. Call it before the robot is read. `lw_whole_body_ik_solve` and
+    /// `lw_whole_body_ik_best` keep them closed. Kinematics, collisions, masses and forces are those of the tree at the given q, as if every coordinate had
+    /// its own motor. Functions that would open a loop return `LW_STATUS_DOES_NOT_CLOSE`: searches, rates and paths of a chain that takes part in one,
+    /// paths between configurations, tasks, operational space, predictions and transfers. `lw_robot_path_free` and `lw_timing_plan` support linear
+    /// couplings, such as joints that mimic others; in the latter these joints have no motor.
+    fn lw_builder_keep_closures(d: &mut LwBuilder) {
+        if d.description.is_some() {
+            let text = "the robot was read without its loops and couplings\n  help: call lw_builder_keep_closures before lw_builder_robot_file";
+            return Err(Fault::Model(text.into()));
+        }
+        d.spec.closures = Closures::Kept;
     }
-}
 
-/// Reads the robot from a URDF, MJCF or SDF file. `root`: one of `LW_ROOT_...`; `inertia`: one of `LW_INERTIA_...`. Loops and couplings, such as
-/// joints that mimic others, are errors unless `lw_builder_keep_closures` was called. Call `lw_builder_file_shapes` to add the shapes of the file.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_builder_robot_file(
-    builder: *mut LwBuilder,
-    path: *const c_char,
-    root: u32,
-    inertia: u32,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(builder, LwBuilder::parts, |d| {
-            let options = d.options(root, inertia)?;
-            d.robot(read_file(text("path", path)?, &options).map_err(model)?)
-        })
+    /// Reads the robot from a URDF, MJCF or SDF file. `root`: one of `LW_ROOT_...`; `inertia`: one of `LW_INERTIA_...`. Loops and couplings, such as
+    /// joints that mimic others, are errors unless `lw_builder_keep_closures` was called. Call `lw_builder_file_shapes` to add the shapes of the file.
+    fn lw_builder_robot_file(d: &mut LwBuilder, path: *const c_char, root: u32, inertia: u32) {
+        let options = d.options(root, inertia)?;
+        d.robot(read_file(text("path", path)?, &options).map_err(model)?)?;
     }
-}
 
-/// Like `lw_builder_robot_file`, but reads the text of such a file.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_builder_robot_text(
-    builder: *mut LwBuilder,
-    xml: *const c_char,
-    root: u32,
-    inertia: u32,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(builder, LwBuilder::parts, |d| {
-            let options = d.options(root, inertia)?;
-            d.robot(read_text(text("xml", xml)?, &options).map_err(model)?)
-        })
+    /// Like `lw_builder_robot_file`, but reads the text of such a file.
+    fn lw_builder_robot_text(d: &mut LwBuilder, xml: *const c_char, root: u32, inertia: u32) {
+        let options = d.options(root, inertia)?;
+        d.robot(read_text(text("xml", xml)?, &options).map_err(model)?)?;
     }
-}
 
-/// Adds parts and disabled pairs of collisions from an SRDF file; each group is a part. Call it after the robot is read.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_builder_groups_file(
-    builder: *mut LwBuilder,
-    path: *const c_char,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(builder, LwBuilder::parts, |d| {
-            d.groups(&read_srdf_file(text("path", path)?).map_err(model)?)
-        })
+    /// Adds parts and disabled pairs of collisions from an SRDF file; each group is a part. Call it after the robot is read.
+    fn lw_builder_groups_file(d: &mut LwBuilder, path: &str) {
+        d.groups(&read_srdf_file(path).map_err(model)?)?;
     }
-}
 
-/// Like `lw_builder_groups_file`, but reads the text of such a file.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_builder_groups_text(
-    builder: *mut LwBuilder,
-    xml: *const c_char,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(builder, LwBuilder::parts, |d| {
-            d.groups(&read_srdf(text("xml", xml)?, &d.options).map_err(model)?)
-        })
+    /// Like `lw_builder_groups_file`, but reads the text of such a file.
+    fn lw_builder_groups_text(d: &mut LwBuilder, xml: &str) {
+        d.groups(&read_srdf(xml, &d.options).map_err(model)?)?;
     }
-}
 
-/// Adds the collision shapes of the robot's file as colliders with their names, or `body/number`. Call it after the robot is read. Shapes that are
-/// not supported as colliders (meshes that are neither STL nor OBJ, ellipsoids) are errors: give such bodies shapes with `lw_builder_shape`,
-/// `lw_builder_hull` or `lw_builder_mesh`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_builder_file_shapes(builder: *mut LwBuilder) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(builder, LwBuilder::parts, |d| {
-            d.spec = d.spec.clone().shapes(d.file()?)?;
-            Ok(())
-        })
+    /// Adds the collision shapes of the robot's file as colliders with their names, or `body/number`. Call it after the robot is read. Shapes that are
+    /// not supported as colliders (meshes that are neither STL nor OBJ, ellipsoids) are errors: give such bodies shapes with `lw_builder_shape`,
+    /// `lw_builder_hull` or `lw_builder_mesh`.
+    fn lw_builder_file_shapes(d: &mut LwBuilder) {
+        d.spec = d.spec.clone().shapes(d.file()?)?;
     }
-}
 
-/// Adds a part: the chain of bodies after `base` (a body, or "world") up to `tip`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_builder_chain(
-    builder: *mut LwBuilder,
-    name: *const c_char,
-    base: *const c_char,
-    tip: *const c_char,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(builder, LwBuilder::parts, |d| {
-            let (name, base) = (text("name", name)?, text("base", base)?);
-            d.spec.parts.push(PartSpec::chain(name, base, text("tip", tip)?));
-            Ok(())
-        })
+    /// Adds a part: the chain of bodies after `base` (a body, or "world") up to `tip`.
+    fn lw_builder_chain(d: &mut LwBuilder, name: &str, base: &str, tip: &str) {
+        d.spec.parts.push(PartSpec::chain(name, base, tip));
     }
-}
 
-/// Adds an object that hands may hold. It is rigid unless bodies hang on it (`lw_builder_object_body`). Mass (kg), centre of mass (3 numbers, m) and
-/// inertia about it (9 numbers, row after row, kg m^2) are in the object's axes.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_builder_object(
-    builder: *mut LwBuilder,
-    name: *const c_char,
-    mass: f64,
-    center: *const f64,
-    inertia: *const f64,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(builder, LwBuilder::parts, |d| {
-            let name = text("name", name)?.to_owned();
-            let mass = crate::mass_properties::mass_of(mass, center, inertia)?;
-            d.spec.objects.push(ObjectSpec { name, mass });
-            Ok(())
-        })
+    /// Adds an object that hands may hold. It is rigid unless bodies hang on it (`lw_builder_object_body`). Mass (kg), centre of mass (3 numbers, m) and
+    /// inertia about it (9 numbers, row after row, kg m^2) are in the object's axes.
+    fn lw_builder_object(
+        d: &mut LwBuilder,
+        name: &str,
+        mass: f64,
+        center: *const f64,
+        inertia: *const f64,
+    ) {
+        let mass = crate::mass_properties::mass_of(mass, center, inertia)?;
+        d.spec.objects.push(ObjectSpec { name: name.to_owned(), mass });
     }
-}
 
-/// Adds a collision shape at the pose `at` (NULL: at the origin) in the frame of `carrier`: a body, an object, a body that hangs on an object, or
-/// "world".
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_builder_shape(
-    builder: *mut LwBuilder,
-    name: *const c_char,
-    carrier: *const c_char,
-    at: *const LwPose,
-    shape: *const LwShape,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(builder, LwBuilder::parts, |d| {
-            d.collider(name, carrier, at, value("shape", shape)?.checked()?)
-        })
+    /// Adds a collision shape at the pose `at` (NULL: at the origin) in the frame of `carrier`: a body, an object, a body that hangs on an object, or
+    /// "world".
+    fn lw_builder_shape(
+        d: &mut LwBuilder,
+        name: &str,
+        carrier: &str,
+        at: *const LwPose,
+        shape: *const LwShape,
+    ) {
+        d.collider(name, carrier, at, value("shape", shape)?.checked()?)?;
     }
-}
 
-/// Adds a point cloud for sensor data. Each point is a sphere with its own radius. It is empty at first and has memory for `room` points, which
-/// `lw_robot_set_points` sets. `at` and `carrier` as in `lw_builder_shape`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_builder_point_cloud(
-    builder: *mut LwBuilder,
-    name: *const c_char,
-    carrier: *const c_char,
-    at: *const LwPose,
-    room: usize,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(builder, LwBuilder::parts, |d| {
-            let shape = Shape::PointCloud { points: Vec::new(), room };
-            d.collider(name, carrier, at, shape)
-        })
+    /// Adds a point cloud for sensor data. Each point is a sphere with its own radius. It is empty at first and has memory for `room` points, which
+    /// `lw_robot_set_points` sets. `at` and `carrier` as in `lw_builder_shape`.
+    fn lw_builder_point_cloud(
+        d: &mut LwBuilder,
+        name: &str,
+        carrier: &str,
+        at: *const LwPose,
+        room: usize,
+    ) {
+        let shape = Shape::PointCloud { points: Vec::new(), room };
+        d.collider(name, carrier, at, shape)?;
     }
-}
 
-/// Adds a voxel map: `cells` (3 numbers) cubes along x, y, z from the origin of its frame, with edge length `edge` (m). All cells are free at first;
-/// `lw_robot_set_cells` changes them. `at` and `carrier` as in `lw_builder_shape`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_builder_voxel_map(
-    builder: *mut LwBuilder,
-    name: *const c_char,
-    carrier: *const c_char,
-    at: *const LwPose,
-    cells: *const u32,
-    edge: f64,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(builder, LwBuilder::parts, |d| {
-            let cells = value("cells", cells.cast::<[u32; 3]>())?.map(|n| n as usize);
-            let shape = Shape::VoxelMap { cells, edge, occupied: Vec::new() };
-            d.collider(name, carrier, at, shape)
-        })
+    /// Adds a voxel map: `cells` (3 numbers) cubes along x, y, z from the origin of its frame, with edge length `edge` (m). All cells are free at first;
+    /// `lw_robot_set_cells` changes them. `at` and `carrier` as in `lw_builder_shape`.
+    fn lw_builder_voxel_map(
+        d: &mut LwBuilder,
+        name: &str,
+        carrier: &str,
+        at: *const LwPose,
+        cells: *const u32,
+        edge: f64,
+    ) {
+        let cells = value("cells", cells.cast::<[u32; 3]>())?.map(|n| n as usize);
+        let shape = Shape::VoxelMap { cells, edge, occupied: Vec::new() };
+        d.collider(name, carrier, at, shape)?;
     }
-}
 
-/// Checks everything, makes the model and writes it to `out`; free it with `lw_model_free`. The builder can be used again. The message lists all
-/// faults.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_builder_model(
-    builder: *mut LwBuilder,
-    out: *mut *mut LwModel,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(builder, LwBuilder::parts, |d| {
-            let out = Out::new("out", out)?;
-            d.whole()?;
-            out.set(LwModel::give(RobotModel::new(&d.spec)?));
-            Ok(())
-        })
+    /// Checks everything, makes the model and writes it to `out`; free it with `lw_model_free`. The builder can be used again. The message lists all
+    /// faults.
+    fn lw_builder_model(d: &mut LwBuilder, out: Out<*mut LwModel>) {
+        d.whole()?;
+        out.set(LwModel::give(RobotModel::new(&d.spec)?));
     }
-}
+];

@@ -1,8 +1,9 @@
 //! Collision queries at any configuration. The robot's own q has no effect.
 
-use crate::edge::{Out, alone, list, numbers, numbers_mut, value};
-use crate::robot::{Instance, LwRobot};
-use crate::status::{Fault, LwStatus};
+use crate::call::calls;
+use crate::edge::{Out, list, numbers, numbers_mut, value};
+use crate::robot::LwRobot;
+use crate::status::Fault;
 use linkwork_embedded::{Closest, ColliderId, Detail, Distance, Occupancy, RobotError, Visibility};
 use std::mem::MaybeUninit;
 
@@ -67,189 +68,6 @@ impl From<(ColliderId, ColliderId)> for LwPair {
     }
 }
 
-impl Instance {
-    fn collider(&self, index: u32) -> Result<ColliderId, Fault> {
-        let found = self.model().colliders().nth(index as usize).map(|c| c.0);
-        Ok(found.ok_or(RobotError::ForeignHandle)?)
-    }
-}
-
-/// Writes to `out` whether two colliders of a checked pair touch or overlap at `q` (`n` = nq), including padding. Held objects move with the hands.
-/// If there is a pair that touches, writes it to `pair` (may be NULL).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_collides(
-    robot: *mut LwRobot,
-    q: *const f64,
-    n: usize,
-    out: *mut bool,
-    pair: *mut LwPair,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let out = Out::new("out", out)?;
-            let pair = if pair.is_null() { None } else { Some(Out::new("pair", pair)?) };
-            let q = numbers("q", q, n, r.model().nq())?;
-            let hit = r.robot.first_hit(q)?;
-            out.set(hit.is_some());
-            if let (Some((a, b)), Some(pair)) = (hit, pair) {
-                pair.set((a, b).into());
-            }
-            Ok(())
-        })
-    }
-}
-
-/// Writes to `out` (`rows` values) whether checked colliders touch or overlap at each of many configurations, `q` (`n` = rows · nq numbers, row after
-/// row). Each result equals that of `lw_robot_collides`. Other threads may process part of the rows with clones of the robot.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_collides_all(
-    robot: *mut LwRobot,
-    q: *const f64,
-    n: usize,
-    out: *mut bool,
-    rows: usize,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let nq = r.model().nq();
-            let q = numbers("q", q, n, rows.saturating_mul(nq))?;
-            // The memory of a C program may not contain valid bools yet, so it is only written.
-            let out = numbers_mut("out", out.cast::<MaybeUninit<bool>>(), rows, rows)?;
-            if let Some(index) = q.iter().position(|x| !x.is_finite()) {
-                return Err(RobotError::NotFinite { what: "q", index, value: q[index] }.into());
-            }
-            for (k, out) in out.iter_mut().enumerate() {
-                out.write(r.robot.collides(&q[k * nq..(k + 1) * nq])?);
-            }
-            Ok(())
-        })
-    }
-}
-
-/// Writes the closest checked pair of colliders at `q` (`n` = nq) within `limit` (m, may be infinite) to `out`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_clearance(
-    robot: *mut LwRobot,
-    q: *const f64,
-    n: usize,
-    limit: f64,
-    out: *mut LwClosest,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let out = Out::new("out", out)?;
-            let q = numbers("q", q, n, r.model().nq())?;
-            let told = r.robot.clearance(q, limit)?;
-            out.set(told.as_ref().map_or(LwClosest::NONE, LwClosest::from));
-            Ok(())
-        })
-    }
-}
-
-/// Writes the distance of two colliders at `q` (`n` = nq) with the closest points to `out`, including padding. It does not matter whether the pair is
-/// checked or shown. `found` is false when one of them is an empty cloud or map, or both are unbounded.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_distance(
-    robot: *mut LwRobot,
-    q: *const f64,
-    n: usize,
-    a: u32,
-    b: u32,
-    out: *mut LwClosest,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let out = Out::new("out", out)?;
-            let (a, b) = (r.collider(a)?, r.collider(b)?);
-            let q = numbers("q", q, n, r.model().nq())?;
-            let told = r.robot.distance(q, a, b)?;
-            out.set(told.map_or(LwClosest::NONE, |d| LwClosest::new(a, b, &d)));
-            Ok(())
-        })
-    }
-}
-
-/// Writes the distances of all checked pairs within `limit` (m, may be infinite) at `q` (`n` = nq) to `out`, sorted by colliders, and their number to
-/// `count`. If there are more than `room`, returns `LW_STATUS_NO_ROOM` and writes only `count`. Allocates until the internal list of pairs has
-/// reached its size.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_distances(
-    robot: *mut LwRobot,
-    q: *const f64,
-    n: usize,
-    limit: f64,
-    out: *mut LwClosest,
-    room: usize,
-    count: *mut usize,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let count = Out::new("count", count)?;
-            let q = numbers("q", q, n, r.model().nq())?;
-            let out = numbers_mut("out", out, room, room)?;
-            r.robot.distances(q, limit, &mut r.near)?;
-            list("pairs", r.near.iter().map(LwClosest::from), out, count)
-        })
-    }
-}
-
-/// Writes all pairs that touch or overlap at `q` (`n` = nq), including padding, to `pairs`, and their number to `count`. If there are more than
-/// `room`, returns `LW_STATUS_NO_ROOM` and writes only `count`. Allocates until the internal list of pairs has reached its size. `lw_robot_collides`
-/// is faster if you only need to know whether there is a collision.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_hits(
-    robot: *mut LwRobot,
-    q: *const f64,
-    n: usize,
-    pairs: *mut LwPair,
-    room: usize,
-    count: *mut usize,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let count = Out::new("count", count)?;
-            let q = numbers("q", q, n, r.model().nq())?;
-            let pairs = numbers_mut("pairs", pairs, room, room)?;
-            r.robot.hits(q, &mut r.hits)?;
-            list("pairs", r.hits.iter().copied().map(LwPair::from), pairs, count)
-        })
-    }
-}
-
-/// Selects the shapes for all later collision queries: one of `LW_DETAIL_..`; default: fine.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_set_detail(robot: *mut LwRobot, detail: u32) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            r.robot.set_detail(shapes(detail)?);
-            Ok(())
-        })
-    }
-}
-
-/// Like `lw_robot_set_detail`, for one collider.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_set_detail_of(
-    robot: *mut LwRobot,
-    collider: u32,
-    detail: u32,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let id = r.collider(collider)?;
-            Ok(r.robot.set_detail_of(id, shapes(detail)?)?)
-        })
-    }
-}
-
 fn shapes(detail: u32) -> Result<Detail, Fault> {
     match detail {
         LW_DETAIL_FINE => Ok(Detail::Fine),
@@ -261,230 +79,198 @@ fn shapes(detail: u32) -> Result<Detail, Fault> {
     }
 }
 
-/// Writes to `out` whether a pair is checked for collisions while both colliders are shown.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_looks_at(
-    robot: *mut LwRobot,
-    a: u32,
-    b: u32,
-    out: *mut bool,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let out = Out::new("out", out)?;
-            let (a, b) = (r.collider(a)?, r.collider(b)?);
-            out.set(r.robot.looks_at(a, b)?);
-            Ok(())
-        })
+calls![
+    /// Writes to `out` whether two colliders of a checked pair touch or overlap at `q` (`n` = nq), including padding. Held objects move with the hands.
+    /// If there is a pair that touches, writes it to `pair` (may be NULL).
+    fn lw_robot_collides(
+        r: &mut LwRobot,
+        q: *const f64,
+        n: usize,
+        out: Out<bool>,
+        pair: Option<Out<LwPair>>,
+    ) {
+        let q = numbers("q", q, n, r.model().nq())?;
+        let hit = r.robot.first_hit(q)?;
+        out.set(hit.is_some());
+        if let (Some((a, b)), Some(pair)) = (hit, pair) {
+            pair.set((a, b).into());
+        }
     }
-}
 
-/// Sets the padding around a collider, m.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_pad(
-    robot: *mut LwRobot,
-    collider: u32,
-    padding: f64,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let id = r.collider(collider)?;
-            Ok(r.robot.pad(id, padding)?)
-        })
+    /// Writes to `out` (`rows` values) whether checked colliders touch or overlap at each of many configurations, `q` (`n` = rows · nq numbers, row after
+    /// row). Each result equals that of `lw_robot_collides`. Other threads may process part of the rows with clones of the robot.
+    fn lw_robot_collides_all(
+        r: &mut LwRobot,
+        q: *const f64,
+        n: usize,
+        out: *mut bool,
+        rows: usize,
+    ) {
+        let nq = r.model().nq();
+        let q = numbers("q", q, n, rows.saturating_mul(nq))?;
+        // The memory of a C program may not contain valid bools yet, so it is only written.
+        let out = numbers_mut("out", out.cast::<MaybeUninit<bool>>(), rows, rows)?;
+        if let Some(index) = q.iter().position(|x| !x.is_finite()) {
+            return Err(RobotError::NotFinite { what: "q", index, value: q[index] }.into());
+        }
+        for (k, out) in out.iter_mut().enumerate() {
+            out.write(r.robot.collides(&q[k * nq..(k + 1) * nq])?);
+        }
     }
-}
 
-/// Like `lw_robot_pad`, for `n` colliders at once, for example those of a part (`lw_model_part_colliders`) or of an object. After an error no padding
-/// has changed. Allocates if there are more names than colliders.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_pad_all(
-    robot: *mut LwRobot,
-    colliders: *const u32,
-    n: usize,
-    padding: f64,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let given = numbers("colliders", colliders, n, n)?;
-            let mut all = std::mem::take(&mut r.padded);
-            all.clear();
-            let found = given.iter().try_for_each(|i| r.collider(*i).map(|id| all.push(id)));
-            let done = found.and_then(|()| Ok(r.robot.pad_all(&all, padding)?));
-            r.padded = all;
-            done
-        })
+    /// Writes the closest checked pair of colliders at `q` (`n` = nq) within `limit` (m, may be infinite) to `out`.
+    fn lw_robot_clearance(
+        r: &mut LwRobot,
+        q: *const f64,
+        n: usize,
+        limit: f64,
+        out: Out<LwClosest>,
+    ) {
+        let q = numbers("q", q, n, r.model().nq())?;
+        let told = r.robot.clearance(q, limit)?;
+        out.set(told.as_ref().map_or(LwClosest::NONE, LwClosest::from));
     }
-}
 
-/// Hides a collider, so that it is not checked; `lw_robot_show` shows it again.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_hide(robot: *mut LwRobot, collider: u32) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe { visible(robot, collider, Visibility::Hidden) }
-}
-
-/// Shows a hidden collider again.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_show(robot: *mut LwRobot, collider: u32) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe { visible(robot, collider, Visibility::Shown) }
-}
-
-/// # Safety
-/// The conditions in the crate documentation apply.
-unsafe fn visible(robot: *mut LwRobot, collider: u32, visibility: Visibility) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let id = r.collider(collider)?;
-            Ok(r.robot.show(id, visibility)?)
-        })
+    /// Writes the distance of two colliders at `q` (`n` = nq) with the closest points to `out`, including padding. It does not matter whether the pair is
+    /// checked or shown. `found` is false when one of them is an empty cloud or map, or both are unbounded.
+    fn lw_robot_distance(
+        r: &mut LwRobot,
+        q: *const f64,
+        n: usize,
+        a: ColliderId,
+        b: ColliderId,
+        out: Out<LwClosest>,
+    ) {
+        let q = numbers("q", q, n, r.model().nq())?;
+        let told = r.robot.distance(q, a, b)?;
+        out.set(told.map_or(LwClosest::NONE, |d| LwClosest::new(a, b, &d)));
     }
-}
 
-/// Enables the collision check of a pair, regardless of the rules and of held objects.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_look_at(robot: *mut LwRobot, a: u32, b: u32) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe { look(robot, a, b, Some(true)) }
-}
-
-/// Disables the collision check of a pair, regardless of the rules and of held objects, so that the two may touch.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_allow(robot: *mut LwRobot, a: u32, b: u32) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe { look(robot, a, b, Some(false)) }
-}
-
-/// Removes the override of a pair, so that the rules and held objects decide again.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_by_rule(robot: *mut LwRobot, a: u32, b: u32) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe { look(robot, a, b, None) }
-}
-
-/// # Safety
-/// The conditions in the crate documentation apply.
-unsafe fn look(robot: *mut LwRobot, a: u32, b: u32, look: Option<bool>) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let (a, b) = (r.collider(a)?, r.collider(b)?);
-            Ok(r.robot.look_at(a, b, look)?)
-        })
+    /// Writes the distances of all checked pairs within `limit` (m, may be infinite) at `q` (`n` = nq) to `out`, sorted by colliders, and their number to
+    /// `count`. If there are more than `room`, returns `LW_STATUS_NO_ROOM` and writes only `count`. Allocates until the internal list of pairs has
+    /// reached its size.
+    fn lw_robot_distances(
+        r: &mut LwRobot,
+        q: *const f64,
+        n: usize,
+        limit: f64,
+        out: *mut LwClosest,
+        room: usize,
+        count: Out<usize>,
+    ) {
+        let q = numbers("q", q, n, r.model().nq())?;
+        let out = numbers_mut("out", out, room, room)?;
+        r.robot.distances(q, limit, &mut r.near)?;
+        list("pairs", r.near.iter().map(LwClosest::from), out, count)?;
     }
-}
 
-/// Replaces the points of a cloud: x, y, z, radius (m) of each of the `n` points, one after the other, in the collider's frame. After an error the
-/// points have not changed.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_set_points(
-    robot: *mut LwRobot,
-    collider: u32,
-    points: *const f64,
-    n: usize,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let id = r.collider(collider)?;
-            let points = numbers("points", points.cast::<[f64; 4]>(), n, n)?;
-            Ok(r.robot.set_points(id, points)?)
-        })
+    /// Writes all pairs that touch or overlap at `q` (`n` = nq), including padding, to `pairs`, and their number to `count`. If there are more than
+    /// `room`, returns `LW_STATUS_NO_ROOM` and writes only `count`. Allocates until the internal list of pairs has reached its size. `lw_robot_collides`
+    /// is faster if you only need to know whether there is a collision.
+    fn lw_robot_hits(
+        r: &mut LwRobot,
+        q: *const f64,
+        n: usize,
+        pairs: *mut LwPair,
+        room: usize,
+        count: Out<usize>,
+    ) {
+        let q = numbers("q", q, n, r.model().nq())?;
+        let pairs = numbers_mut("pairs", pairs, room, room)?;
+        r.robot.hits(q, &mut r.hits)?;
+        list("pairs", r.hits.iter().copied().map(LwPair::from), pairs, count)?;
     }
-}
 
-/// Sets cells of a voxel map to occupied: indices along x, y, z from 0 of each of the `n` cells, one after the other. After an error nothing has
-/// changed.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_set_cells(
-    robot: *mut LwRobot,
-    collider: u32,
-    cells: *const u32,
-    n: usize,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe { change(robot, collider, cells, n, Occupancy::Occupied) }
-}
-
-/// Sets cells of a voxel map to free; arguments as in `lw_robot_set_cells`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_free_cells(
-    robot: *mut LwRobot,
-    collider: u32,
-    cells: *const u32,
-    n: usize,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe { change(robot, collider, cells, n, Occupancy::Free) }
-}
-
-/// # Safety
-/// The conditions in the crate documentation apply.
-unsafe fn change(
-    robot: *mut LwRobot,
-    collider: u32,
-    cells: *const u32,
-    n: usize,
-    to: Occupancy,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let id = r.collider(collider)?;
-            let cells = numbers("cells", cells.cast::<[u32; 3]>(), n, n)?;
-            Ok(r.robot.set_cells(id, cells, to)?)
-        })
+    /// Selects the shapes for all later collision queries: one of `LW_DETAIL_..`; default: fine.
+    fn lw_robot_set_detail(r: &mut LwRobot, detail: u32) {
+        r.robot.set_detail(shapes(detail)?);
     }
-}
 
-/// Sets all cells of a voxel map to free.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_clear_cells(robot: *mut LwRobot, collider: u32) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let id = r.collider(collider)?;
-            Ok(r.robot.clear_cells(id)?)
-        })
+    /// Like `lw_robot_set_detail`, for one collider.
+    fn lw_robot_set_detail_of(r: &mut LwRobot, collider: ColliderId, detail: u32) {
+        r.robot.set_detail_of(collider, shapes(detail)?)?;
     }
-}
 
-/// Writes to `out` whether a cell of a voxel map (3 indices along x, y, z from 0) is occupied.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_cell(
-    robot: *mut LwRobot,
-    collider: u32,
-    cell: *const u32,
-    out: *mut bool,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let (out, id) = (Out::new("out", out)?, r.collider(collider)?);
-            let cell = value("cell", cell.cast::<[u32; 3]>())?;
-            out.set(r.robot.cell(id, cell)? == Occupancy::Occupied);
-            Ok(())
-        })
+    /// Writes to `out` whether a pair is checked for collisions while both colliders are shown.
+    fn lw_robot_looks_at(r: &mut LwRobot, a: ColliderId, b: ColliderId, out: Out<bool>) {
+        out.set(r.robot.looks_at(a, b)?);
     }
-}
 
-/// Writes the number of points of a cloud, or of occupied cells of a voxel map, to `count`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_count(
-    robot: *mut LwRobot,
-    collider: u32,
-    count: *mut usize,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let (count, id) = (Out::new("count", count)?, r.collider(collider)?);
-            count.set(r.robot.count(id)?);
-            Ok(())
-        })
+    /// Sets the padding around a collider, m.
+    fn lw_robot_pad(r: &mut LwRobot, collider: ColliderId, padding: f64) {
+        r.robot.pad(collider, padding)?;
     }
-}
+
+    /// Like `lw_robot_pad`, for `n` colliders at once, for example those of a part (`lw_model_part_colliders`) or of an object. After an error no padding
+    /// has changed. Allocates if there are more names than colliders.
+    fn lw_robot_pad_all(r: &mut LwRobot, colliders: *const u32, n: usize, padding: f64) {
+        let given = numbers("colliders", colliders, n, n)?;
+        let mut all = std::mem::take(&mut r.padded);
+        all.clear();
+        let found = given.iter().try_for_each(|i| r.collider(*i).map(|id| all.push(id)));
+        let done = found.and_then(|()| Ok(r.robot.pad_all(&all, padding)?));
+        r.padded = all;
+        done?;
+    }
+
+    /// Hides a collider, so that it is not checked; `lw_robot_show` shows it again.
+    fn lw_robot_hide(r: &mut LwRobot, collider: ColliderId) {
+        r.robot.show(collider, Visibility::Hidden)?;
+    }
+
+    /// Shows a hidden collider again.
+    fn lw_robot_show(r: &mut LwRobot, collider: ColliderId) {
+        r.robot.show(collider, Visibility::Shown)?;
+    }
+
+    /// Enables the collision check of a pair, regardless of the rules and of held objects.
+    fn lw_robot_look_at(r: &mut LwRobot, a: ColliderId, b: ColliderId) {
+        r.robot.look_at(a, b, Some(true))?;
+    }
+
+    /// Disables the collision check of a pair, regardless of the rules and of held objects, so that the two may touch.
+    fn lw_robot_allow(r: &mut LwRobot, a: ColliderId, b: ColliderId) {
+        r.robot.look_at(a, b, Some(false))?;
+    }
+
+    /// Removes the override of a pair, so that the rules and held objects decide again.
+    fn lw_robot_by_rule(r: &mut LwRobot, a: ColliderId, b: ColliderId) {
+        r.robot.look_at(a, b, None)?;
+    }
+
+    /// Replaces the points of a cloud: x, y, z, radius (m) of each of the `n` points, one after the other, in the collider's frame. After an error the
+    /// points have not changed.
+    fn lw_robot_set_points(r: &mut LwRobot, collider: ColliderId, points: *const f64, n: usize) {
+        let points = numbers("points", points.cast::<[f64; 4]>(), n, n)?;
+        r.robot.set_points(collider, points)?;
+    }
+
+    /// Sets cells of a voxel map to occupied: indices along x, y, z from 0 of each of the `n` cells, one after the other. After an error nothing has
+    /// changed.
+    fn lw_robot_set_cells(r: &mut LwRobot, collider: ColliderId, cells: *const u32, n: usize) {
+        let cells = numbers("cells", cells.cast::<[u32; 3]>(), n, n)?;
+        r.robot.set_cells(collider, cells, Occupancy::Occupied)?;
+    }
+
+    /// Sets cells of a voxel map to free; arguments as in `lw_robot_set_cells`.
+    fn lw_robot_free_cells(r: &mut LwRobot, collider: ColliderId, cells: *const u32, n: usize) {
+        let cells = numbers("cells", cells.cast::<[u32; 3]>(), n, n)?;
+        r.robot.set_cells(collider, cells, Occupancy::Free)?;
+    }
+
+    /// Sets all cells of a voxel map to free.
+    fn lw_robot_clear_cells(r: &mut LwRobot, collider: ColliderId) {
+        r.robot.clear_cells(collider)?;
+    }
+
+    /// Writes to `out` whether a cell of a voxel map (3 indices along x, y, z from 0) is occupied.
+    fn lw_robot_cell(r: &mut LwRobot, collider: ColliderId, cell: *const u32, out: Out<bool>) {
+        let cell = value("cell", cell.cast::<[u32; 3]>())?;
+        out.set(r.robot.cell(collider, cell)? == Occupancy::Occupied);
+    }
+
+    /// Writes the number of points of a cloud, or of occupied cells of a voxel map, to `count`.
+    fn lw_robot_count(r: &mut LwRobot, collider: ColliderId, count: Out<usize>) {
+        count.set(r.robot.count(collider)?);
+    }
+];

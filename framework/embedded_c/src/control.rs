@@ -1,8 +1,9 @@
 //! Rate control and whole-body control: rates and forces for several tasks in order of priority.
 
-use crate::edge::{self, Out, alone, disjoint, motion, numbers, numbers_mut, value, vec3};
+use crate::call::calls;
+use crate::edge::{self, Out, disjoint, motion, numbers, numbers_mut, value, vec3};
 use crate::robot::{Instance, LwRobot};
-use crate::status::{Fault, LwStatus};
+use crate::status::Fault;
 use crate::task::rows;
 use crate::tool::{FEW, Tool, lend, room};
 use linkwork_embedded::spatial::Vec3;
@@ -163,239 +164,181 @@ impl Objectives {
     }
 }
 
-/// Creates the memory of `lw_rate_control_solve` for up to `objectives` tasks and `chains` guarded chains (at most 1024 each) and writes it to `out`;
-/// free it with `lw_rate_control_free`. It works with every robot of the same model.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_rate_control_new(
-    robot: *mut LwRobot,
-    objectives: usize,
-    guards: usize,
-    out: *mut *mut LwRateControl,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let out = Out::new("out", out)?;
-            let (objectives, chains) =
-                (room("objectives", objectives, FEW)?, room("guards", guards, FEW)?);
-            let rates = Rates {
-                control: RateControl::new(&r.robot, objectives, chains),
-                objectives: Objectives::new(objectives),
-                guards: Vec::with_capacity(chains),
-                chains,
-                residuals: vec![0.0; objectives],
-            };
-            out.set(Box::into_raw(Box::new(LwRateControl(Tool::new(r, rates)))));
-            Ok(())
-        })
+calls![
+    /// Creates the memory of `lw_rate_control_solve` for up to `objectives` tasks and `chains` guarded chains (at most 1024 each) and writes it to `out`;
+    /// free it with `lw_rate_control_free`. It works with every robot of the same model.
+    fn lw_rate_control_new(
+        r: &mut LwRobot,
+        objectives: usize,
+        guards: usize,
+        out: Out<*mut LwRateControl>,
+    ) {
+        let (objectives, chains) =
+            (room("objectives", objectives, FEW)?, room("guards", guards, FEW)?);
+        let rates = Rates {
+            control: RateControl::new(&r.robot, objectives, chains),
+            objectives: Objectives::new(objectives),
+            guards: Vec::with_capacity(chains),
+            chains,
+            residuals: vec![0.0; objectives],
+        };
+        out.set(Box::into_raw(Box::new(LwRateControl(Tool::new(r, rates)))));
     }
-}
 
-/// Frees the memory; NULL has no effect.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_rate_control_free(control: *mut LwRateControl) {
-    // SAFETY: guaranteed by the caller.
-    unsafe { edge::free(control) }
-}
+    /// Frees the memory; NULL has no effect.
+    fn lw_rate_control_free(control: *mut LwRateControl);
 
-/// Computes rates `v` (`n` = nv) at the robot's q: within rate limits, as near to each task as the tasks of lower levels allow, and the smallest of
-/// all such rates. Within `horizon` (s, above zero; use a few control periods) a limit of a coordinate, or the smallest manipulability of each of the
-/// `guard_count` chains in `guards`, may at most just be reached, so a chain slows down towards a singular configuration. Writes the weighted
-/// residual |J v - desired| of each level, in order, to `residuals` (`levels`: number of different levels; NULL and 0: not written). A coordinate
-/// outside its limits returns as fast as its rate limit allows. Returns `LW_STATUS_SINGULAR` when guards contradict each other.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_rate_control_solve(
-    robot: *mut LwRobot,
-    control: *mut LwRateControl,
-    objectives: *const LwObjective,
-    wish_count: usize,
-    horizon: f64,
-    guards: *const LwGuard,
-    guard_count: usize,
-    v: *mut f64,
-    n: usize,
-    residuals: *mut f64,
-    levels: usize,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let mut control = lend("control", control, |c| &c.0, r)?;
-            let Rates { control, objectives: own, guards: chains, chains: room, residuals: left } =
-                &mut *control;
-            let written = [("v", v, n), ("residuals", residuals, levels)];
-            disjoint(&[], &written)?;
-            own.take(r, objectives, wish_count, &written)?;
-            if guard_count > *room {
-                let (what, wanted, room) = ("guards", guard_count, *room);
-                return Err(RobotError::NoRoom { what, wanted, room }.into());
-            }
-            chains.clear();
-            for k in 0..guard_count {
-                let g = value("guards", guards.wrapping_add(k))?;
-                edge::finite("least", &[g.least])?;
-                chains.push((r.part(g.part)?, g.least));
-            }
-            let v = numbers_mut("v", v, n, r.model().nv())?;
-            let asked = !residuals.is_null() || levels > 0;
-            let wanted = if asked { own.levels() } else { 0 };
-            let residuals = numbers_mut("residuals", residuals, levels, wanted)?;
-            let guards = Guards { horizon, manipulable: chains };
-            let done = control.solve(&mut r.robot, &own.all, &guards, v, left);
-            own.all.clear();
-            done?;
-            residuals.copy_from_slice(&left[..wanted]);
-            Ok(())
-        })
-    }
-}
-
-/// Creates the memory of `lw_whole_body_solve` for up to `touches` contact points and `objectives` tasks (at most 1024 each) and writes it to `out`; free
-/// it with `lw_whole_body_free`. It works with every robot of the same model.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_whole_body_new(
-    robot: *mut LwRobot,
-    touches: usize,
-    objectives: usize,
-    out: *mut *mut LwWholeBody,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let out = Out::new("out", out)?;
-            let (touches, objectives) =
-                (room("touches", touches, FEW)?, room("objectives", objectives, FEW)?);
-            let body = Body {
-                body: WholeBody::new(&r.robot, touches, objectives),
-                objectives: Objectives::new(objectives),
-                touches: Vec::with_capacity(touches),
-                room: touches,
-                forces: vec![Vec3::zeros(); touches],
-            };
-            out.set(Box::into_raw(Box::new(LwWholeBody(Tool::new(r, body)))));
-            Ok(())
-        })
-    }
-}
-
-/// Frees the memory; NULL has no effect.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_whole_body_free(body: *mut LwWholeBody) {
-    // SAFETY: guaranteed by the caller.
-    unsafe { edge::free(body) }
-}
-
-/// Computes forces `tau` and accelerations `vdot` at the robot's q and rates `v`, and forces on the robot at the `touch_count` contact points,
-/// `forces` (3 numbers each, world axes, N). Priorities are: balance of the degrees of freedom without an actuator, contacts that do not slip,
-/// limits, the tasks (accelerations) by levels, and minimum effort. `effort`: effort limits, N m and N; zero for no actuator, infinite for no limit.
-/// `v`, `effort`, `tau`, `vdot`: `n` = nv each. Requirements that cannot be met are not an error: `out` contains the residuals of the best solution.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_whole_body_solve(
-    robot: *mut LwRobot,
-    body: *mut LwWholeBody,
-    v: *const f64,
-    effort: *const f64,
-    n: usize,
-    touches: *const LwTouch,
-    touch_count: usize,
-    objectives: *const LwObjective,
-    wish_count: usize,
-    tau: *mut f64,
-    vdot: *mut f64,
-    forces: *mut f64,
-    out: *mut LwBalanced,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let out = Out::new("out", out)?;
-            let mut body = lend("body", body, |b| &b.0, r)?;
-            let Body { body, objectives: own, touches: points, room, forces: pressed } = &mut *body;
-            if touch_count > *room {
-                let (what, wanted, room) = ("touches", touch_count, *room);
-                return Err(RobotError::NoRoom { what, wanted, room }.into());
-            }
-            let count = 3 * touch_count;
-            let written = [("tau", tau, n), ("vdot", vdot, n), ("forces", forces, count)];
-            disjoint(&[("v", v, n), ("effort", effort, n)], &written)?;
-            own.take(r, objectives, wish_count, &written)?;
-            points.clear();
-            for k in 0..touch_count {
-                let t = value("touches", touches.wrapping_add(k))?;
-                points.push(Touch {
-                    part: r.part(t.part)?,
-                    at: vec3("at", &t.at)?,
-                    normal: vec3("normal", &t.normal)?,
-                    friction: t.friction,
-                    most: t.most,
-                });
-            }
-            let nv = r.model().nv();
-            let (v, effort) = (numbers("v", v, n, nv)?, numbers("effort", effort, n, nv)?);
-            let (tau, vdot) = (numbers_mut("tau", tau, n, nv)?, numbers_mut("vdot", vdot, n, nv)?);
-            let forces = numbers_mut("forces", forces, count, count)?;
-            let pressed = &mut pressed[..touch_count];
-            let answer = (tau, vdot, &mut *pressed);
-            let done = body.solve(&mut r.robot, v, points, &own.all, effort, answer);
-            own.all.clear();
-            let told = done?;
-            for (to, f) in forces.chunks_exact_mut(3).zip(pressed) {
-                to.copy_from_slice(f.as_slice());
-            }
-            let (unbalanced, slipping) = (told.unbalanced, told.slipping);
-            out.set(LwBalanced { unbalanced, slipping, shortfall: told.shortfall });
-            Ok(())
-        })
-    }
-}
-
-/// Computes the support polygon of `n` contact points (2 numbers each: x, y, m, in a level plane), above which the centre of mass must be. Writes the
-/// corners of their convex hull, counter-clockwise, to `hull` (room for n + 1), and their number to `count`: two for points on a line, one for
-/// coincident points. Sorts `points`; points with NaN or infinity are ignored. There is no handle and no message.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_support_polygon(
-    points: *mut f64,
-    n: usize,
-    hull: *mut f64,
-    room: usize,
-    count: *mut usize,
-) -> LwStatus {
-    edge::plain(|| {
-        // SAFETY: guaranteed by the caller.
-        unsafe {
-            let count = Out::new("count", count)?;
-            let [all, corners] = [n, room].map(|n| n.saturating_mul(2));
-            disjoint(&[], &[("points", points, all), ("hull", hull, corners)])?;
-            if room <= n {
-                let (what, wanted) = ("corners", n.saturating_add(1));
-                return Err(RobotError::NoRoom { what, wanted, room }.into());
-            }
-            let points = numbers_mut("points", points.cast::<[f64; 2]>(), n, n)?;
-            let hull = numbers_mut("hull", hull.cast::<[f64; 2]>(), room, room)?;
-            count.set(support_polygon(points, hull));
-            Ok(())
+    /// Computes rates `v` (`n` = nv) at the robot's q: within rate limits, as near to each task as the tasks of lower levels allow, and the smallest of
+    /// all such rates. Within `horizon` (s, above zero; use a few control periods) a limit of a coordinate, or the smallest manipulability of each of the
+    /// `guard_count` chains in `guards`, may at most just be reached, so a chain slows down towards a singular configuration. Writes the weighted
+    /// residual |J v - desired| of each level, in order, to `residuals` (`levels`: number of different levels; NULL and 0: not written). A coordinate
+    /// outside its limits returns as fast as its rate limit allows. Returns `LW_STATUS_SINGULAR` when guards contradict each other.
+    fn lw_rate_control_solve(
+        r: &mut LwRobot,
+        control: *mut LwRateControl,
+        objectives: *const LwObjective,
+        wish_count: usize,
+        horizon: f64,
+        guards: *const LwGuard,
+        guard_count: usize,
+        v: *mut f64,
+        n: usize,
+        residuals: *mut f64,
+        levels: usize,
+    ) {
+        let mut control = lend("control", control, |c| &c.0, r)?;
+        let Rates { control, objectives: own, guards: chains, chains: room, residuals: left } =
+            &mut *control;
+        let written = [("v", v, n), ("residuals", residuals, levels)];
+        disjoint(&[], &written)?;
+        own.take(r, objectives, wish_count, &written)?;
+        if guard_count > *room {
+            let (what, wanted, room) = ("guards", guard_count, *room);
+            return Err(RobotError::NoRoom { what, wanted, room }.into());
         }
-    })
-}
-
-/// Writes the distance of a point `p` (2 numbers: x, y, m) from the nearest edge of a polygon with `n` corners (2 numbers each, counter-clockwise) to
-/// `margin`, m; negative outside, minus infinity without corners. There is no handle and no message.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_support_margin(
-    hull: *const f64,
-    n: usize,
-    p: *const f64,
-    margin: *mut f64,
-) -> LwStatus {
-    edge::plain(|| {
-        // SAFETY: guaranteed by the caller.
-        unsafe {
-            let margin = Out::new("margin", margin)?;
-            let hull = numbers("hull", hull.cast::<[f64; 2]>(), n, n)?;
-            let p = value("p", p.cast::<[f64; 2]>())?;
-            edge::finite("p", &p)?;
-            margin.set(support_margin(hull, p));
-            Ok(())
+        chains.clear();
+        for k in 0..guard_count {
+            let g = value("guards", guards.wrapping_add(k))?;
+            edge::finite("least", &[g.least])?;
+            chains.push((r.part(g.part)?, g.least));
         }
-    })
-}
+        let v = numbers_mut("v", v, n, r.model().nv())?;
+        let asked = !residuals.is_null() || levels > 0;
+        let wanted = if asked { own.levels() } else { 0 };
+        let residuals = numbers_mut("residuals", residuals, levels, wanted)?;
+        let guards = Guards { horizon, manipulable: chains };
+        let done = control.solve(&mut r.robot, &own.all, &guards, v, left);
+        own.all.clear();
+        done?;
+        residuals.copy_from_slice(&left[..wanted]);
+    }
+
+    /// Creates the memory of `lw_whole_body_solve` for up to `touches` contact points and `objectives` tasks (at most 1024 each) and writes it to `out`; free
+    /// it with `lw_whole_body_free`. It works with every robot of the same model.
+    fn lw_whole_body_new(
+        r: &mut LwRobot,
+        touches: usize,
+        objectives: usize,
+        out: Out<*mut LwWholeBody>,
+    ) {
+        let (touches, objectives) =
+            (room("touches", touches, FEW)?, room("objectives", objectives, FEW)?);
+        let body = Body {
+            body: WholeBody::new(&r.robot, touches, objectives),
+            objectives: Objectives::new(objectives),
+            touches: Vec::with_capacity(touches),
+            room: touches,
+            forces: vec![Vec3::zeros(); touches],
+        };
+        out.set(Box::into_raw(Box::new(LwWholeBody(Tool::new(r, body)))));
+    }
+
+    /// Frees the memory; NULL has no effect.
+    fn lw_whole_body_free(body: *mut LwWholeBody);
+
+    /// Computes forces `tau` and accelerations `vdot` at the robot's q and rates `v`, and forces on the robot at the `touch_count` contact points,
+    /// `forces` (3 numbers each, world axes, N). Priorities are: balance of the degrees of freedom without an actuator, contacts that do not slip,
+    /// limits, the tasks (accelerations) by levels, and minimum effort. `effort`: effort limits, N m and N; zero for no actuator, infinite for no limit.
+    /// `v`, `effort`, `tau`, `vdot`: `n` = nv each. Requirements that cannot be met are not an error: `out` contains the residuals of the best solution.
+    fn lw_whole_body_solve(
+        r: &mut LwRobot,
+        body: *mut LwWholeBody,
+        v: *const f64,
+        effort: *const f64,
+        n: usize,
+        touches: *const LwTouch,
+        touch_count: usize,
+        objectives: *const LwObjective,
+        wish_count: usize,
+        tau: *mut f64,
+        vdot: *mut f64,
+        forces: *mut f64,
+        out: Out<LwBalanced>,
+    ) {
+        let mut body = lend("body", body, |b| &b.0, r)?;
+        let Body { body, objectives: own, touches: points, room, forces: pressed } = &mut *body;
+        if touch_count > *room {
+            let (what, wanted, room) = ("touches", touch_count, *room);
+            return Err(RobotError::NoRoom { what, wanted, room }.into());
+        }
+        let count = 3 * touch_count;
+        let written = [("tau", tau, n), ("vdot", vdot, n), ("forces", forces, count)];
+        disjoint(&[("v", v, n), ("effort", effort, n)], &written)?;
+        own.take(r, objectives, wish_count, &written)?;
+        points.clear();
+        for k in 0..touch_count {
+            let t = value("touches", touches.wrapping_add(k))?;
+            points.push(Touch {
+                part: r.part(t.part)?,
+                at: vec3("at", &t.at)?,
+                normal: vec3("normal", &t.normal)?,
+                friction: t.friction,
+                most: t.most,
+            });
+        }
+        let nv = r.model().nv();
+        let (v, effort) = (numbers("v", v, n, nv)?, numbers("effort", effort, n, nv)?);
+        let (tau, vdot) = (numbers_mut("tau", tau, n, nv)?, numbers_mut("vdot", vdot, n, nv)?);
+        let forces = numbers_mut("forces", forces, count, count)?;
+        let pressed = &mut pressed[..touch_count];
+        let answer = (tau, vdot, &mut *pressed);
+        let done = body.solve(&mut r.robot, v, points, &own.all, effort, answer);
+        own.all.clear();
+        let told = done?;
+        for (to, f) in forces.chunks_exact_mut(3).zip(pressed) {
+            to.copy_from_slice(f.as_slice());
+        }
+        let (unbalanced, slipping) = (told.unbalanced, told.slipping);
+        out.set(LwBalanced { unbalanced, slipping, shortfall: told.shortfall });
+    }
+
+    /// Computes the support polygon of `n` contact points (2 numbers each: x, y, m, in a level plane), above which the centre of mass must be. Writes the
+    /// corners of their convex hull, counter-clockwise, to `hull` (room for n + 1), and their number to `count`: two for points on a line, one for
+    /// coincident points. Sorts `points`; points with NaN or infinity are ignored. There is no handle and no message.
+    fn lw_support_polygon(
+        points: *mut f64,
+        n: usize,
+        hull: *mut f64,
+        room: usize,
+        count: Out<usize>,
+    ) {
+        let [all, corners] = [n, room].map(|n| n.saturating_mul(2));
+        disjoint(&[], &[("points", points, all), ("hull", hull, corners)])?;
+        if room <= n {
+            let (what, wanted) = ("corners", n.saturating_add(1));
+            return Err(RobotError::NoRoom { what, wanted, room }.into());
+        }
+        let points = numbers_mut("points", points.cast::<[f64; 2]>(), n, n)?;
+        let hull = numbers_mut("hull", hull.cast::<[f64; 2]>(), room, room)?;
+        count.set(support_polygon(points, hull));
+    }
+
+    /// Writes the distance of a point `p` (2 numbers: x, y, m) from the nearest edge of a polygon with `n` corners (2 numbers each, counter-clockwise) to
+    /// `margin`, m; negative outside, minus infinity without corners. There is no handle and no message.
+    fn lw_support_margin(hull: *const f64, n: usize, p: *const f64, margin: Out<f64>) {
+        let hull = numbers("hull", hull.cast::<[f64; 2]>(), n, n)?;
+        let p = value("p", p.cast::<[f64; 2]>())?;
+        edge::finite("p", &p)?;
+        margin.set(support_margin(hull, p));
+    }
+];

@@ -1,10 +1,11 @@
 //! Two hands on one object: current hold, load sharing, squeezing, and grasp by friction.
 
-use crate::edge::{LwPose, Out, alone, numbers_mut, value, vec3};
+use crate::call::calls;
+use crate::edge::{LwPose, Out, numbers_mut, value, vec3};
 use crate::robot::LwRobot;
-use crate::status::{Fault, LwStatus};
+use crate::status::Fault;
 use linkwork_embedded::spatial::Force;
-use linkwork_embedded::{Balance, Friction, HandWeights};
+use linkwork_embedded::{Balance, Friction, HandWeights, Object};
 
 /// Minimize the sum of squares of the forces.
 pub const LW_BALANCE_EQUAL: u32 = 0;
@@ -102,163 +103,115 @@ unsafe fn both(p: *const LwWrench) -> Result<[Force; 2], Fault> {
     Ok([a.checked()?, b.checked()?])
 }
 
-/// Writes the hands that hold an object to `out`; none is not an error.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_hold(
-    robot: *mut LwRobot,
-    object: u32,
-    out: *mut LwHold,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let (out, object) = (Out::new("out", out)?, r.object(object)?);
-            let none = LwPose { position: [0.0; 3], quaternion: [0.0; 4] };
-            let mut told = LwHold { count: 0, hands: [0; 2], at: [none; 2] };
-            if let Some(hold) = r.robot.hold(object)? {
-                for (hand, X) in std::iter::once(hold.hand).chain(hold.second) {
-                    let k = told.count as usize;
-                    (told.hands[k], told.at[k]) = (hand.index() as u32, X.into());
-                    told.count += 1;
-                }
+calls![
+    /// Writes the hands that hold an object to `out`; none is not an error.
+    fn lw_robot_hold(r: &mut LwRobot, object: Object, out: Out<LwHold>) {
+        let none = LwPose { position: [0.0; 3], quaternion: [0.0; 4] };
+        let mut told = LwHold { count: 0, hands: [0; 2], at: [none; 2] };
+        if let Some(hold) = r.robot.hold(object)? {
+            for (hand, X) in std::iter::once(hold.hand).chain(hold.second) {
+                let k = told.count as usize;
+                (told.hands[k], told.at[k]) = (hand.index() as u32, X.into());
+                told.count += 1;
             }
-            out.set(told);
-            Ok(())
-        })
+        }
+        out.set(told);
     }
-}
 
-/// Shares the load of an object between the two hands that hold it, at the robot's q. `tau` (`n` = nv) contains forces with the object on the first
-/// hand on input, as `lw_robot_feed_forward` computes them, and forces of both hands for the same motion on output; only those of the two chains
-/// change. `balance`: one of `LW_BALANCE_..`. Hands may pull as well as press; `lw_robot_grip` considers friction. Returns `LW_STATUS_NOT_HELD` or
-/// `LW_STATUS_EMPTY_HAND` without two hands; `LW_STATUS_OUT_OF_RANGE` when `LW_BALANCE_EFFORT` needs the effort limit of a joint that has none.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_balance(
-    robot: *mut LwRobot,
-    object: u32,
-    balance: u32,
-    tau: *mut f64,
-    n: usize,
-    out: *mut LwShared,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let (out, object) = (Out::new("out", out)?, r.object(object)?);
-            let balance = match balance {
-                LW_BALANCE_EQUAL => Balance::Equal,
-                LW_BALANCE_EFFORT => Balance::Effort,
-                value => {
-                    let (what, help) = ("balance", "one of LW_BALANCE_..");
-                    return Err(Fault::Choice { what, value, help });
-                }
-            };
-            let tau = numbers_mut("tau", tau, n, r.model().nv())?;
-            let told = r.robot.balance(object, balance, tau)?;
-            let (cost, largest_share) = (told.cost, told.largest_share);
-            out.set(LwShared { second: told.second.into(), cost, largest_share });
-            Ok(())
-        })
+    /// Shares the load of an object between the two hands that hold it, at the robot's q. `tau` (`n` = nv) contains forces with the object on the first
+    /// hand on input, as `lw_robot_feed_forward` computes them, and forces of both hands for the same motion on output; only those of the two chains
+    /// change. `balance`: one of `LW_BALANCE_..`. Hands may pull as well as press; `lw_robot_grip` considers friction. Returns `LW_STATUS_NOT_HELD` or
+    /// `LW_STATUS_EMPTY_HAND` without two hands; `LW_STATUS_OUT_OF_RANGE` when `LW_BALANCE_EFFORT` needs the effort limit of a joint that has none.
+    fn lw_robot_balance(
+        r: &mut LwRobot,
+        object: Object,
+        balance: u32,
+        tau: *mut f64,
+        n: usize,
+        out: Out<LwShared>,
+    ) {
+        let balance = match balance {
+            LW_BALANCE_EQUAL => Balance::Equal,
+            LW_BALANCE_EFFORT => Balance::Effort,
+            value => {
+                let (what, help) = ("balance", "one of LW_BALANCE_..");
+                return Err(Fault::Choice { what, value, help });
+            }
+        };
+        let tau = numbers_mut("tau", tau, n, r.model().nv())?;
+        let told = r.robot.balance(object, balance, tau)?;
+        let (cost, largest_share) = (told.cost, told.largest_share);
+        out.set(LwShared { second: told.second.into(), cost, largest_share });
     }
-}
 
-/// Adds to `tau` (`n` = nv) forces that press the two hands of an object towards each other with `force` (N) along the line between their tips, at
-/// the robot's q. The net wrench on the object is zero. Writes the wrenches of both hands on the object to `wrenches` (2: first hand, then second
-/// hand, each about its tip). Returns `LW_STATUS_SINGULAR` when both tips are at the same point.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_squeeze(
-    robot: *mut LwRobot,
-    object: u32,
-    force: f64,
-    tau: *mut f64,
-    n: usize,
-    wrenches: *mut LwWrench,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let out = Out::new("wrenches", wrenches.cast::<[LwWrench; 2]>())?;
-            let object = r.object(object)?;
-            let tau = numbers_mut("tau", tau, n, r.model().nv())?;
-            out.set(r.robot.squeeze(object, force, tau)?.map(LwWrench::from));
-            Ok(())
-        })
+    /// Adds to `tau` (`n` = nv) forces that press the two hands of an object towards each other with `force` (N) along the line between their tips, at
+    /// the robot's q. The net wrench on the object is zero. Writes the wrenches of both hands on the object to `wrenches` (2: first hand, then second
+    /// hand, each about its tip). Returns `LW_STATUS_SINGULAR` when both tips are at the same point.
+    fn lw_robot_squeeze(
+        r: &mut LwRobot,
+        object: Object,
+        force: f64,
+        tau: *mut f64,
+        n: usize,
+        wrenches: *mut LwWrench,
+    ) {
+        let out = Out::new("wrenches", wrenches.cast::<[LwWrench; 2]>())?;
+        let tau = numbers_mut("tau", tau, n, r.model().nv())?;
+        out.set(r.robot.squeeze(object, force, tau)?.map(LwWrench::from));
     }
-}
 
-/// Adds to `tau` (`n` = nv) the forces with which the two hands of an object exert `wrenches` on it (2: first hand, then second hand, each about its
-/// tip), at the robot's q.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_add_hand_wrenches(
-    robot: *mut LwRobot,
-    object: u32,
-    wrenches: *const LwWrench,
-    tau: *mut f64,
-    n: usize,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let (wrenches, object) = (both(wrenches)?, r.object(object)?);
-            let tau = numbers_mut("tau", tau, n, r.model().nv())?;
-            Ok(r.robot.add_hand_wrenches(object, &wrenches, tau)?)
-        })
+    /// Adds to `tau` (`n` = nv) the forces with which the two hands of an object exert `wrenches` on it (2: first hand, then second hand, each about its
+    /// tip), at the robot's q.
+    fn lw_robot_add_hand_wrenches(
+        r: &mut LwRobot,
+        object: Object,
+        wrenches: *const LwWrench,
+        tau: *mut f64,
+        n: usize,
+    ) {
+        let wrenches = both(wrenches)?;
+        let tau = numbers_mut("tau", tau, n, r.model().nv())?;
+        r.robot.add_hand_wrenches(object, &wrenches, tau)?;
     }
-}
 
-/// Separates the wrenches of two hands on an object (2: first hand, then second hand, each about its tip) into the part that moves it, with the
-/// smallest weighted sum of squares, and the part that only squeezes it; writes both to `out`. `weights` (3 numbers, above zero): first hand, second
-/// hand, and 1 N m relative to 1 N (1/m^2).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_split_hand_wrenches(
-    robot: *mut LwRobot,
-    object: u32,
-    wrenches: *const LwWrench,
-    weights: *const f64,
-    out: *mut LwHandWrenches,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let (out, object) = (Out::new("out", out)?, r.object(object)?);
-            let wrenches = both(wrenches)?;
-            let [a, b, moment] = value("weights", weights.cast::<[f64; 3]>())?;
-            let weights = HandWeights { hands: [a, b], moment };
-            let told = r.robot.split_hand_wrenches(object, &wrenches, &weights)?;
-            out.set(LwHandWrenches {
-                moving: told.moving.map(LwWrench::from),
-                squeezing: told.squeezing.map(LwWrench::from),
-                net: told.net.into(),
-            });
-            Ok(())
-        })
+    /// Separates the wrenches of two hands on an object (2: first hand, then second hand, each about its tip) into the part that moves it, with the
+    /// smallest weighted sum of squares, and the part that only squeezes it; writes both to `out`. `weights` (3 numbers, above zero): first hand, second
+    /// hand, and 1 N m relative to 1 N (1/m^2).
+    fn lw_robot_split_hand_wrenches(
+        r: &mut LwRobot,
+        object: Object,
+        wrenches: *const LwWrench,
+        weights: *const f64,
+        out: Out<LwHandWrenches>,
+    ) {
+        let wrenches = both(wrenches)?;
+        let [a, b, moment] = value("weights", weights.cast::<[f64; 3]>())?;
+        let weights = HandWeights { hands: [a, b], moment };
+        let told = r.robot.split_hand_wrenches(object, &wrenches, &weights)?;
+        out.set(LwHandWrenches {
+            moving: told.moving.map(LwWrench::from),
+            squeezing: told.squeezing.map(LwWrench::from),
+            net: told.net.into(),
+        });
     }
-}
 
-/// Computes wrenches of two hands on an object under which neither slips, at the robot's q, and writes them to `out`. They are the nearest to
-/// `wrenches` (2: first hand, then second hand, each about its tip) with the same net wrench. `friction` (2): the contact of each hand.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_grip(
-    robot: *mut LwRobot,
-    object: u32,
-    wrenches: *const LwWrench,
-    friction: *const LwFriction,
-    out: *mut LwGripped,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let (out, object) = (Out::new("out", out)?, r.object(object)?);
-            let wrenches = both(wrenches)?;
-            let friction = value("friction", friction.cast::<[LwFriction; 2]>())?;
-            let friction = friction.map(|f| {
-                let LwFriction { normal, coefficient, radius, most } = f;
-                Friction { normal: normal.into(), coefficient, radius, most }
-            });
-            let told = r.robot.grip(object, &wrenches, &friction)?;
-            let wrenches = told.wrenches.map(LwWrench::from);
-            out.set(LwGripped { wrenches, shortfall: told.shortfall });
-            Ok(())
-        })
+    /// Computes wrenches of two hands on an object under which neither slips, at the robot's q, and writes them to `out`. They are the nearest to
+    /// `wrenches` (2: first hand, then second hand, each about its tip) with the same net wrench. `friction` (2): the contact of each hand.
+    fn lw_robot_grip(
+        r: &mut LwRobot,
+        object: Object,
+        wrenches: *const LwWrench,
+        friction: *const LwFriction,
+        out: Out<LwGripped>,
+    ) {
+        let wrenches = both(wrenches)?;
+        let friction = value("friction", friction.cast::<[LwFriction; 2]>())?;
+        let friction = friction.map(|f| {
+            let LwFriction { normal, coefficient, radius, most } = f;
+            Friction { normal: normal.into(), coefficient, radius, most }
+        });
+        let told = r.robot.grip(object, &wrenches, &friction)?;
+        let wrenches = told.wrenches.map(LwWrench::from);
+        out.set(LwGripped { wrenches, shortfall: told.shortfall });
     }
-}
+];

@@ -251,18 +251,18 @@ pub(crate) unsafe fn value<T: Copy>(what: &'static str, p: *const T) -> Result<T
 }
 
 /// Memory for a result.
-pub(crate) struct Out<T>(*mut T);
+pub struct Out<T>(*mut T);
 
 impl<T> Out<T> {
     /// Checks the pointer before any work is done.
-    pub fn new(what: &'static str, p: *mut T) -> Result<Self, Fault> {
+    pub(crate) fn new(what: &'static str, p: *mut T) -> Result<Self, Fault> {
         reachable(what, p.cast_const())?;
         Ok(Self(p))
     }
 
     /// # Safety
     /// The conditions in the crate documentation apply; no slice of the call is used any more.
-    pub unsafe fn set(self, value: T) {
+    pub(crate) unsafe fn set(self, value: T) {
         // SAFETY: neither NULL nor misaligned.
         unsafe { self.0.write(value) }
     }

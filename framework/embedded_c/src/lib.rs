@@ -3,6 +3,7 @@
 //!
 //! ```text
 //! edge      pointers and lengths → slices and values, or a fault; catches panics
+//! call      the table of functions, and the kinds of their arguments
 //! status    faults → codes and messages
 //! builder   files, parts, objects, shapes       → LwBuilder
 //! model     constant data, names                 → LwModel
@@ -29,6 +30,7 @@
 #![allow(clippy::missing_safety_doc)]
 
 mod builder;
+mod call;
 mod collide;
 mod control;
 mod dual;

@@ -1,12 +1,12 @@
 //! Mechanisms without a file: bodies on hinges, of the robot or on objects, and limits.
 
 use crate::builder::{Draft, LwBuilder};
-use crate::edge::{LwPose, alone, text, value};
+use crate::call::calls;
+use crate::edge::{LwPose, value};
 use crate::mass_properties::mass_of;
-use crate::status::{Fault, LwStatus};
+use crate::status::Fault;
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, HingeCoordinate, Limits};
 use linkwork_embedded::spatial::Vec3;
-use std::ffi::c_char;
 
 /// The body is welded to its parent.
 pub const LW_HINGE_LOCKED: u32 = 0;
@@ -78,7 +78,7 @@ impl LwHinge {
 /// # Safety
 /// The conditions in the crate documentation apply.
 unsafe fn body_of(
-    (name, parent): (*const c_char, *const c_char),
+    [name, parent]: [&str; 2],
     (hinge, at): (*const LwHinge, *const LwPose),
     (mass, center, inertia): (f64, *const f64, *const f64),
 ) -> Result<BodySpec, Fault> {
@@ -89,7 +89,7 @@ unsafe fn body_of(
             false => value("hinge", hinge)?.checked()?,
         };
         let mass = mass_of(mass, center, inertia)?;
-        let mut body = BodySpec::new(text("name", name)?, text("parent", parent)?);
+        let mut body = BodySpec::new(name, parent);
         body = body.hinge(hinge).mass(mass);
         if !at.is_null() {
             body = body.hinge_in_parent(value("at", at)?.checked()?);
@@ -131,68 +131,51 @@ impl Draft {
     }
 }
 
-/// Adds a body of the robot, connected to `parent` (a body, or "world") by `hinge` (NULL: welded) at the pose `at` in the parent's frame (NULL: at
-/// its origin). The hinge is at the body's origin. Mass properties as in `lw_builder_object`; a body with zero mass, centre and inertia is a frame.
-/// With such bodies a robot needs no file; after a file they are added to its bodies. A hinge with one degree of freedom is found with
-/// `lw_model_joint` under the body's name, every hinge with `lw_model_hinge`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_builder_body(
-    builder: *mut LwBuilder,
-    name: *const c_char,
-    parent: *const c_char,
-    hinge: *const LwHinge,
-    at: *const LwPose,
-    mass: f64,
-    center: *const f64,
-    inertia: *const f64,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(builder, LwBuilder::parts, |d| {
-            d.body(body_of((name, parent), (hinge, at), (mass, center, inertia))?)
-        })
+calls![
+    /// Adds a body of the robot, connected to `parent` (a body, or "world") by `hinge` (NULL: welded) at the pose `at` in the parent's frame (NULL: at
+    /// its origin). The hinge is at the body's origin. Mass properties as in `lw_builder_object`; a body with zero mass, centre and inertia is a frame.
+    /// With such bodies a robot needs no file; after a file they are added to its bodies. A hinge with one degree of freedom is found with
+    /// `lw_model_joint` under the body's name, every hinge with `lw_model_hinge`.
+    fn lw_builder_body(
+        d: &mut LwBuilder,
+        name: &str,
+        parent: &str,
+        hinge: *const LwHinge,
+        at: *const LwPose,
+        mass: f64,
+        center: *const f64,
+        inertia: *const f64,
+    ) {
+        d.body(body_of([name, parent], (hinge, at), (mass, center, inertia))?)?;
     }
-}
 
-/// Adds a body that hangs on an object, or on another such body (`parent`), by `hinge` (NULL: welded) at the pose `at` in the parent's frame (NULL:
-/// at its origin). The hinge is at the body's origin. Mass properties as in `lw_builder_object`. `lw_model_object_hinge` returns the indices of its
-/// coordinates.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_builder_object_body(
-    builder: *mut LwBuilder,
-    name: *const c_char,
-    parent: *const c_char,
-    hinge: *const LwHinge,
-    at: *const LwPose,
-    mass: f64,
-    center: *const f64,
-    inertia: *const f64,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(builder, LwBuilder::parts, |d| {
-            let body = body_of((name, parent), (hinge, at), (mass, center, inertia))?;
-            d.spec.linkages.body(body);
-            Ok(())
-        })
+    /// Adds a body that hangs on an object, or on another such body (`parent`), by `hinge` (NULL: welded) at the pose `at` in the parent's frame (NULL:
+    /// at its origin). The hinge is at the body's origin. Mass properties as in `lw_builder_object`. `lw_model_object_hinge` returns the indices of its
+    /// coordinates.
+    fn lw_builder_object_body(
+        d: &mut LwBuilder,
+        name: &str,
+        parent: &str,
+        hinge: *const LwHinge,
+        at: *const LwPose,
+        mass: f64,
+        center: *const f64,
+        inertia: *const f64,
+    ) {
+        let body = body_of([name, parent], (hinge, at), (mass, center, inertia))?;
+        d.spec.linkages.body(body);
     }
-}
 
-/// Sets the limits of each pin, slider and screw in the hinge of a body that was added before: smallest and largest coordinate, rad or m; largest
-/// rate, rad/s or m/s; largest effort, N m or N. Infinite for no limit. They replace limits of the file.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_builder_limits(
-    builder: *mut LwBuilder,
-    body: *const c_char,
-    lower: f64,
-    upper: f64,
-    rate: f64,
-    effort: f64,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(builder, LwBuilder::parts, |d| {
-            d.limits(text("body", body)?, Limits { lower, upper, rate, effort })
-        })
+    /// Sets the limits of each pin, slider and screw in the hinge of a body that was added before: smallest and largest coordinate, rad or m; largest
+    /// rate, rad/s or m/s; largest effort, N m or N. Infinite for no limit. They replace limits of the file.
+    fn lw_builder_limits(
+        d: &mut LwBuilder,
+        body: &str,
+        lower: f64,
+        upper: f64,
+        rate: f64,
+        effort: f64,
+    ) {
+        d.limits(body, Limits { lower, upper, rate, effort })?;
     }
-}
+];

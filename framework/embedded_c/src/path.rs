@@ -1,11 +1,12 @@
 //! Collision checks of paths between configurations, and path planning.
 
+use crate::call::calls;
 use crate::collide::LwPair;
-use crate::edge::{self, Out, alone, numbers, numbers_mut, value};
+use crate::edge::{Out, numbers, numbers_mut, value};
 use crate::robot::{Instance, LwRobot};
-use crate::status::{Fault, LwStatus};
+use crate::status::Fault;
 use crate::tool::{MANY, Tool, lend, room};
-use linkwork_embedded::{Path, PathProgress, PlanOutcome, Planner, RobotError, Search};
+use linkwork_embedded::{Part, Path, PathProgress, PlanOutcome, Planner, RobotError, Search};
 
 /// Result of a collision check of a path.
 #[repr(C)]
@@ -128,165 +129,106 @@ impl LwPlan {
 /// Memory of path planning for one chain. Use it for robots of one model, with one call at a time.
 pub struct LwPlanner(Tool<Planner>);
 
-/// Checks whether the path from `qa` to `qb` (`n` = nq each) is free of collisions while all coordinates move in proportion, and writes the result to
-/// `out`. The result is proven, not sampled. Held objects move with the hands. Pieces shorter than `least` (a fraction of the path, 1e-9 to 1;
-/// usually 1e-3) are not halved again. Checks at most `pieces` pieces (SIZE_MAX: all). The robot's own q has no effect. Returns
-/// `LW_STATUS_OUT_OF_RANGE` also for an end beyond the limits of a slider.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_path_free(
-    robot: *mut LwRobot,
-    qa: *const f64,
-    qb: *const f64,
-    n: usize,
-    least: f64,
-    pieces: usize,
-    out: *mut LwPath,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let out = Out::new("out", out)?;
-            let nq = r.model().nq();
-            let (qa, qb) = (numbers("qa", qa, n, nq)?, numbers("qb", qb, n, nq)?);
-            // A call with zero pieces only checks the arguments.
-            let mut progress = PathProgress::default();
-            r.robot.path_free_on(qa, qb, least, &mut progress, 0)?;
-            let [a, b] = &mut r.swept.ends;
-            a.copy_from_slice(qa);
-            b.copy_from_slice(qb);
-            (r.swept.least, r.swept.progress) = (least, Some(progress));
-            out.set(r.sweep(pieces)?);
-            Ok(())
-        })
+calls![
+    /// Checks whether the path from `qa` to `qb` (`n` = nq each) is free of collisions while all coordinates move in proportion, and writes the result to
+    /// `out`. The result is proven, not sampled. Held objects move with the hands. Pieces shorter than `least` (a fraction of the path, 1e-9 to 1;
+    /// usually 1e-3) are not halved again. Checks at most `pieces` pieces (SIZE_MAX: all). The robot's own q has no effect. Returns
+    /// `LW_STATUS_OUT_OF_RANGE` also for an end beyond the limits of a slider.
+    fn lw_robot_path_free(
+        r: &mut LwRobot,
+        qa: *const f64,
+        qb: *const f64,
+        n: usize,
+        least: f64,
+        pieces: usize,
+        out: Out<LwPath>,
+    ) {
+        let nq = r.model().nq();
+        let (qa, qb) = (numbers("qa", qa, n, nq)?, numbers("qb", qb, n, nq)?);
+        // A call with zero pieces only checks the arguments.
+        let mut progress = PathProgress::default();
+        r.robot.path_free_on(qa, qb, least, &mut progress, 0)?;
+        let [a, b] = &mut r.swept.ends;
+        a.copy_from_slice(qa);
+        b.copy_from_slice(qb);
+        (r.swept.least, r.swept.progress) = (least, Some(progress));
+        out.set(r.sweep(pieces)?);
     }
-}
 
-/// Continues the check of the last `lw_robot_path_free` that is unfinished, for up to `pieces` pieces. The robot must hold the same objects. The
-/// result does not depend on the number of calls. Returns `LW_STATUS_NO_SEARCH` when there is no unfinished check.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_path_free_on(
-    robot: *mut LwRobot,
-    pieces: usize,
-    out: *mut LwPath,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let out = Out::new("out", out)?;
-            out.set(r.sweep(pieces)?);
-            Ok(())
-        })
+    /// Continues the check of the last `lw_robot_path_free` that is unfinished, for up to `pieces` pieces. The robot must hold the same objects. The
+    /// result does not depend on the number of calls. Returns `LW_STATUS_NO_SEARCH` when there is no unfinished check.
+    fn lw_robot_path_free_on(r: &mut LwRobot, pieces: usize, out: Out<LwPath>) {
+        out.set(r.sweep(pieces)?);
     }
-}
 
-/// Creates the memory of path planning for a chain of pins, sliders and screws, with room for `configurations` (2 to 1048576) in each of two trees,
-/// and writes it to `out`; free it with `lw_planner_free`. It works with every robot of the same model.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_planner_new(
-    robot: *mut LwRobot,
-    part: u32,
-    configurations: usize,
-    out: *mut *mut LwPlanner,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let (out, part) = (Out::new("out", out)?, r.part(part)?);
-            let planner =
-                Planner::new(&r.robot, part, room("configurations", configurations, MANY)?)?;
-            out.set(Box::into_raw(Box::new(LwPlanner(Tool::new(r, planner)))));
-            Ok(())
-        })
+    /// Creates the memory of path planning for a chain of pins, sliders and screws, with room for `configurations` (2 to 1048576) in each of two trees,
+    /// and writes it to `out`; free it with `lw_planner_free`. It works with every robot of the same model.
+    fn lw_planner_new(
+        r: &mut LwRobot,
+        part: Part,
+        configurations: usize,
+        out: Out<*mut LwPlanner>,
+    ) {
+        let planner = Planner::new(&r.robot, part, room("configurations", configurations, MANY)?)?;
+        out.set(Box::into_raw(Box::new(LwPlanner(Tool::new(r, planner)))));
     }
-}
 
-/// Frees the memory; NULL has no effect.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_planner_free(planner: *mut LwPlanner) {
-    // SAFETY: guaranteed by the caller.
-    unsafe { edge::free(planner) }
-}
+    /// Frees the memory; NULL has no effect.
+    fn lw_planner_free(planner: *mut LwPlanner);
 
-/// Searches for a collision-free path of the chain from `start` to `goal` (`n` = nq each, within limits; they may differ only in the chain's
-/// coordinates) with at most `places` random samples in this call (SIZE_MAX: no limit), and writes the result to `out`. `search`: NULL for seed 1,
-/// steps of 0.5 and pieces down to 1e-3. Held objects move with the hands; the robot's own q has no effect. If no path is found, this is a result,
-/// not an error.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_planner_plan(
-    robot: *mut LwRobot,
-    planner: *mut LwPlanner,
-    start: *const f64,
-    goal: *const f64,
-    n: usize,
-    search: *const LwSearch,
-    places: usize,
-    out: *mut LwPlan,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let out = Out::new("out", out)?;
-            let mut planner = lend("planner", planner, |p| &p.0, r)?;
-            let mut how = Search::default();
-            if !search.is_null() {
-                let LwSearch { seed, step, least } = value("search", search)?;
-                how = Search { seed, step, least };
-            }
-            let nq = r.model().nq();
-            let (start, goal) = (numbers("start", start, n, nq)?, numbers("goal", goal, n, nq)?);
-            let mut outcome = planner.begin(&mut r.robot, start, goal, &how)?;
-            if outcome == PlanOutcome::Unfinished {
-                outcome = planner.resume(&mut r.robot, places)?;
-            }
-            out.set(LwPlan::new(outcome, &planner));
-            Ok(())
-        })
+    /// Searches for a collision-free path of the chain from `start` to `goal` (`n` = nq each, within limits; they may differ only in the chain's
+    /// coordinates) with at most `places` random samples in this call (SIZE_MAX: no limit), and writes the result to `out`. `search`: NULL for seed 1,
+    /// steps of 0.5 and pieces down to 1e-3. Held objects move with the hands; the robot's own q has no effect. If no path is found, this is a result,
+    /// not an error.
+    fn lw_planner_plan(
+        r: &mut LwRobot,
+        planner: *mut LwPlanner,
+        start: *const f64,
+        goal: *const f64,
+        n: usize,
+        search: *const LwSearch,
+        places: usize,
+        out: Out<LwPlan>,
+    ) {
+        let mut planner = lend("planner", planner, |p| &p.0, r)?;
+        let mut how = Search::default();
+        if !search.is_null() {
+            let LwSearch { seed, step, least } = value("search", search)?;
+            how = Search { seed, step, least };
+        }
+        let nq = r.model().nq();
+        let (start, goal) = (numbers("start", start, n, nq)?, numbers("goal", goal, n, nq)?);
+        let mut outcome = planner.begin(&mut r.robot, start, goal, &how)?;
+        if outcome == PlanOutcome::Unfinished {
+            outcome = planner.resume(&mut r.robot, places)?;
+        }
+        out.set(LwPlan::new(outcome, &planner));
     }
-}
 
-/// Continues an unfinished search with at most `places` random samples. The robot must hold the same objects as at the beginning. The result does not
-/// depend on the number of calls.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_planner_resume(
-    robot: *mut LwRobot,
-    planner: *mut LwPlanner,
-    places: usize,
-    out: *mut LwPlan,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let out = Out::new("out", out)?;
-            let mut planner = lend("planner", planner, |p| &p.0, r)?;
-            let outcome = planner.resume(&mut r.robot, places)?;
-            out.set(LwPlan::new(outcome, &planner));
-            Ok(())
-        })
+    /// Continues an unfinished search with at most `places` random samples. The robot must hold the same objects as at the beginning. The result does not
+    /// depend on the number of calls.
+    fn lw_planner_resume(
+        r: &mut LwRobot,
+        planner: *mut LwPlanner,
+        places: usize,
+        out: Out<LwPlan>,
+    ) {
+        let mut planner = lend("planner", planner, |p| &p.0, r)?;
+        let outcome = planner.resume(&mut r.robot, places)?;
+        out.set(LwPlan::new(outcome, &planner));
     }
-}
 
-/// Writes the path that was found last to `path`: configurations (nq numbers each) from the start to the goal, one after the other, between which all
-/// coordinates move in proportion. `n`: nq times the `rows` of `LwPlan`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_planner_path(
-    robot: *mut LwRobot,
-    planner: *mut LwPlanner,
-    path: *mut f64,
-    n: usize,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let planner = lend("planner", planner, |p| &p.0, r)?;
-            let nq = r.model().nq();
-            let to = numbers_mut("path", path, n, nq * planner.path().len())?;
-            for (to, q) in to.chunks_exact_mut(nq.max(1)).zip(planner.path()) {
-                to.copy_from_slice(q);
-            }
-            Ok(())
-        })
+    /// Writes the path that was found last to `path`: configurations (nq numbers each) from the start to the goal, one after the other, between which all
+    /// coordinates move in proportion. `n`: nq times the `rows` of `LwPlan`.
+    fn lw_planner_path(r: &mut LwRobot, planner: *mut LwPlanner, path: *mut f64, n: usize) {
+        let planner = lend("planner", planner, |p| &p.0, r)?;
+        let nq = r.model().nq();
+        let to = numbers_mut("path", path, n, nq * planner.path().len())?;
+        for (to, q) in to.chunks_exact_mut(nq.max(1)).zip(planner.path()) {
+            to.copy_from_slice(q);
+        }
     }
-}
+];
 
 /// Converts the robot's result for a path.
 pub(crate) fn told(path: Result<Path, RobotError>) -> Result<LwPath, Fault> {

@@ -1,8 +1,9 @@
 //! Inverse kinematics: numerical search, and all solutions of arms with a closed form.
 
-use crate::edge::{LwPose, Out, alone, apart, numbers, numbers_mut, rotation, value, vec3};
+use crate::call::calls;
+use crate::edge::{LwPose, Out, apart, numbers, numbers_mut, rotation, value, vec3};
 use crate::robot::LwRobot;
-use crate::status::{Fault, LwStatus};
+use crate::status::Fault;
 use linkwork_embedded::spatial::Vec3;
 use linkwork_embedded::{
     Answer, Best, ClosedForm, Effort, Frame, Goal, Outcome, Part, Place, Pointing, Prefer,
@@ -237,127 +238,87 @@ impl Closed {
     }
 }
 
-/// Writes the effort that `lw_robot_inverse_kinematics` uses for NULL: 1e-9 m and rad, 100 steps from each of 65 starts, no other limit.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_effort_default(out: *mut LwEffort) -> LwStatus {
-    let Effort { tolerances, steps, restarts, kinematics } = Effort::default();
-    match Out::new("out", out) {
-        Ok(out) => {
-            // SAFETY: guaranteed by the caller.
-            unsafe { out.set(LwEffort { tolerances, steps, restarts, kinematics }) };
-            LwStatus::Ok
-        }
-        Err(fault) => fault.status(),
+calls![
+    /// Writes the effort that `lw_robot_inverse_kinematics` uses for NULL: 1e-9 m and rad, 100 steps from each of 65 starts, no other limit.
+    fn lw_effort_default(out: Out<LwEffort>) {
+        let Effort { tolerances, steps, restarts, kinematics } = Effort::default();
+        out.set(LwEffort { tolerances, steps, restarts, kinematics });
     }
-}
 
-/// Searches for coordinates of a chain within limits for which its tip meets the goal. `q` (`n` = nq) is the start, within limits, on input, and the
-/// solution or the nearest configuration on output; only the chain's coordinates change. The robot's own q does not change. If the goal cannot be
-/// met, this is a result, not an error. `effort`: NULL for the default.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_inverse_kinematics(
-    robot: *mut LwRobot,
-    part: u32,
-    goal: *const LwGoal,
-    effort: *const LwEffort,
-    q: *mut f64,
-    n: usize,
-    answer: *mut LwAnswer,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let answer = Out::new("answer", answer)?;
-            let (goal, frame) = value("goal", goal)?.checked()?;
-            let own = effort_of(effort)?;
-            let part = r.part(part)?;
-            let q = numbers_mut("q", q, n, r.model().nq())?;
-            answer.set(r.robot.inverse_kinematics(part, &goal, frame, &own, q)?.into());
-            Ok(())
-        })
+    /// Searches for coordinates of a chain within limits for which its tip meets the goal. `q` (`n` = nq) is the start, within limits, on input, and the
+    /// solution or the nearest configuration on output; only the chain's coordinates change. The robot's own q does not change. If the goal cannot be
+    /// met, this is a result, not an error. `effort`: NULL for the default.
+    fn lw_robot_inverse_kinematics(
+        r: &mut LwRobot,
+        part: Part,
+        goal: *const LwGoal,
+        effort: *const LwEffort,
+        q: *mut f64,
+        n: usize,
+        answer: Out<LwAnswer>,
+    ) {
+        let (goal, frame) = value("goal", goal)?.checked()?;
+        let own = effort_of(effort)?;
+        let q = numbers_mut("q", q, n, r.model().nq())?;
+        answer.set(r.robot.inverse_kinematics(part, &goal, frame, &own, q)?.into());
     }
-}
 
-/// Like `lw_robot_inverse_kinematics`, but from several starts, and each solution is improved among the configurations that meet the goal; the result is written
-/// to `best`. `restarts` of the effort has no effect; its `kinematics` bounds the sum of all evaluations. If no start leads to the goal, `q` is the
-/// nearest configuration of the last start.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_inverse_kinematics_best(
-    robot: *mut LwRobot,
-    part: u32,
-    goal: *const LwGoal,
-    prefer: *const LwPrefer,
-    effort: *const LwEffort,
-    q: *mut f64,
-    n: usize,
-    best: *mut LwBest,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let best = Out::new("best", best)?;
-            let (goal, frame) = value("goal", goal)?.checked()?;
-            let prefer: Prefer = value("prefer", prefer)?.into();
-            let (own, part) = (effort_of(effort)?, r.part(part)?);
-            let q = numbers_mut("q", q, n, r.model().nq())?;
-            best.set(r.robot.inverse_kinematics_best(part, &goal, frame, &prefer, &own, q)?.into());
-            Ok(())
-        })
+    /// Like `lw_robot_inverse_kinematics`, but from several starts, and each solution is improved among the configurations that meet the goal; the result is written
+    /// to `best`. `restarts` of the effort has no effect; its `kinematics` bounds the sum of all evaluations. If no start leads to the goal, `q` is the
+    /// nearest configuration of the last start.
+    fn lw_robot_inverse_kinematics_best(
+        r: &mut LwRobot,
+        part: Part,
+        goal: *const LwGoal,
+        prefer: *const LwPrefer,
+        effort: *const LwEffort,
+        q: *mut f64,
+        n: usize,
+        best: Out<LwBest>,
+    ) {
+        let (goal, frame) = value("goal", goal)?.checked()?;
+        let prefer: Prefer = value("prefer", prefer)?.into();
+        let own = effort_of(effort)?;
+        let q = numbers_mut("q", q, n, r.model().nq())?;
+        best.set(r.robot.inverse_kinematics_best(part, &goal, frame, &prefer, &own, q)?.into());
     }
-}
 
-/// Continues the last search of a chain for up to `kinematics` evaluations of its kinematics. The result does not depend on how the evaluations are
-/// divided into calls.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_resume_inverse_kinematics(
-    robot: *mut LwRobot,
-    part: u32,
-    kinematics: usize,
-    q: *mut f64,
-    n: usize,
-    answer: *mut LwAnswer,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let (answer, part) = (Out::new("answer", answer)?, r.part(part)?);
-            let q = numbers_mut("q", q, n, r.model().nq())?;
-            answer.set(r.robot.resume_inverse_kinematics(part, kinematics, q)?.into());
-            Ok(())
-        })
+    /// Continues the last search of a chain for up to `kinematics` evaluations of its kinematics. The result does not depend on how the evaluations are
+    /// divided into calls.
+    fn lw_robot_resume_inverse_kinematics(
+        r: &mut LwRobot,
+        part: Part,
+        kinematics: usize,
+        q: *mut f64,
+        n: usize,
+        answer: Out<LwAnswer>,
+    ) {
+        let q = numbers_mut("q", q, n, r.model().nq())?;
+        answer.set(r.robot.resume_inverse_kinematics(part, kinematics, q)?.into());
     }
-}
 
-/// Computes all configurations within limits that bring the tip of an arm with six or seven hinges and a closed form to a pose. Writes them to
-/// `solutions` (`rows` times `n` = nq numbers; 8 rows are always sufficient), sorted by distance from `q` (`n`), and their number to `count`; zero is
-/// a result, not an error. `q` gives the configuration of the bodies that carry the arm, and the revolution of each angle. `held`: index in β of the
-/// hinge of a seven-axis arm that keeps its value in `q`; -1: automatic.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_inverse_kinematics_all(
-    robot: *mut LwRobot,
-    part: u32,
-    held: i64,
-    goal: *const LwGoal,
-    q: *const f64,
-    n: usize,
-    solutions: *mut f64,
-    rows: usize,
-    count: *mut usize,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let count = Out::new("count", count)?;
-            let (goal, frame) = value("goal", goal)?.checked()?;
-            let part = r.part(part)?;
-            let nq = r.model().nq();
-            let all = rows.saturating_mul(nq);
-            apart(("q", q, n), ("solutions", solutions, all))?;
-            let q = numbers("q", q, n, nq)?;
-            let out = numbers_mut("solutions", solutions, all, all)?;
-            let form = r.closed.form(part, held)?;
-            count.set(r.robot.inverse_kinematics_all(form, &goal, frame, q, out)?);
-            Ok(())
-        })
+    /// Computes all configurations within limits that bring the tip of an arm with six or seven hinges and a closed form to a pose. Writes them to
+    /// `solutions` (`rows` times `n` = nq numbers; 8 rows are always sufficient), sorted by distance from `q` (`n`), and their number to `count`; zero is
+    /// a result, not an error. `q` gives the configuration of the bodies that carry the arm, and the revolution of each angle. `held`: index in β of the
+    /// hinge of a seven-axis arm that keeps its value in `q`; -1: automatic.
+    fn lw_robot_inverse_kinematics_all(
+        r: &mut LwRobot,
+        part: Part,
+        held: i64,
+        goal: *const LwGoal,
+        q: *const f64,
+        n: usize,
+        solutions: *mut f64,
+        rows: usize,
+        count: Out<usize>,
+    ) {
+        let (goal, frame) = value("goal", goal)?.checked()?;
+        let nq = r.model().nq();
+        let all = rows.saturating_mul(nq);
+        apart(("q", q, n), ("solutions", solutions, all))?;
+        let q = numbers("q", q, n, nq)?;
+        let out = numbers_mut("solutions", solutions, all, all)?;
+        let form = r.closed.form(part, held)?;
+        count.set(r.robot.inverse_kinematics_all(form, &goal, frame, q, out)?);
     }
-}
+];

@@ -1,5 +1,6 @@
 //! One robot: its configuration, kinematics, forces and masses.
 
+use crate::call::{calls, indices};
 use crate::edge::{self, LwPose, Out, alone, apart, numbers, numbers_mut, value, vec3};
 use crate::model::LwModel;
 use crate::path::Swept;
@@ -62,9 +63,20 @@ impl Instance {
         edge::part(self.model(), index)
     }
 
+    pub fn collider(&self, index: u32) -> Result<ColliderId, Fault> {
+        let found = self.model().colliders().nth(index as usize).map(|c| c.0);
+        Ok(found.ok_or(RobotError::ForeignHandle)?)
+    }
+
     pub fn object(&self, index: u32) -> Result<Object, Fault> {
         edge::object(self.model(), index)
     }
+}
+
+indices! {
+    Part, Instance, |r, c| r.part(c);
+    Object, Instance, |r, c| r.object(c);
+    ColliderId, Instance, |r, c| r.collider(c);
 }
 
 /// One instance of a model, with all memory of its calls. Use it from one thread at a time: a call that finds another one in progress returns
@@ -103,217 +115,6 @@ pub struct LwPush {
     pub part: u32,
 }
 
-/// Creates a robot of a model at its neutral configuration and writes it to `out`; free it with `lw_robot_free`. Allocates the memory of all later
-/// calls.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_new(model: *const LwModel, out: *mut *mut LwRobot) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        edge::shared(model, LwModel::message, |m| {
-            Out::new("out", out)?.set(LwRobot::give(Robot::new(&m.model)));
-            Ok(())
-        })
-    }
-}
-
-/// Creates an independent robot with the same configuration, held objects and settings, and writes it to `out`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_clone(robot: *const LwRobot, out: *mut *mut LwRobot) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            Out::new("out", out)?.set(LwRobot::give(r.robot.clone()));
-            Ok(())
-        })
-    }
-}
-
-/// Frees a robot; NULL has no effect.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_free(robot: *mut LwRobot) {
-    // SAFETY: guaranteed by the caller.
-    unsafe { edge::free(robot) }
-}
-
-/// Like `lw_builder_message`, for a robot. May be called while another thread is in a call with the robot.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_message(
-    robot: *const LwRobot,
-    buffer: *mut c_char,
-    room: usize,
-    wanted: *mut usize,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe { edge::message(robot, |r| &r.message, buffer, room, wanted) }
-}
-
-/// Writes the configuration to `q` (`n` = nq).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_q(robot: *mut LwRobot, q: *mut f64, n: usize) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            numbers_mut("q", q, n, r.model().nq())?.copy_from_slice(r.robot.q());
-            Ok(())
-        })
-    }
-}
-
-/// Sets the configuration to `q` (`n` = nq). Limits are not checked.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_set_q(robot: *mut LwRobot, q: *const f64, n: usize) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let q = numbers("q", q, n, r.model().nq())?;
-            Ok(r.robot.set_q(q)?)
-        })
-    }
-}
-
-/// Moves `q` (`n` = nq) to the nearest configuration within all limits, in place.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_clamp(robot: *mut LwRobot, q: *mut f64, n: usize) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let q = numbers_mut("q", q, n, r.model().nq())?;
-            Ok(r.robot.clamp(q)?)
-        })
-    }
-}
-
-/// Sets the acceleration of gravity (3 numbers), world axes, m/s^2. Default: 9.81 m/s^2 along -z.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_set_gravity(robot: *mut LwRobot, g: *const f64) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let g = value("g", g.cast::<[f64; 3]>())?;
-            Ok(r.robot.set_gravity(vec3("g", &g)?)?)
-        })
-    }
-}
-
-/// Writes the pose of the tip of a chain in the world at the robot's q. Computes only the bodies between the world and the tip.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_tip_pose(
-    robot: *mut LwRobot,
-    part: u32,
-    out: *mut LwPose,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let (out, part) = (Out::new("out", out)?, r.part(part)?);
-            out.set(r.robot.tip_pose(part)?.into());
-            Ok(())
-        })
-    }
-}
-
-/// Writes the pose of a body in the world at the robot's q.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_body_pose(
-    robot: *mut LwRobot,
-    body: u32,
-    out: *mut LwPose,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let out = Out::new("out", out)?;
-            let id = r.model().multibody().body_ids().nth(body as usize);
-            out.set(r.robot.body_pose(id.ok_or(RobotError::ForeignHandle)?).into());
-            Ok(())
-        })
-    }
-}
-
-/// Writes the Jacobian of a chain at the robot's q to `J` (6 rows of its m degrees of freedom, row after row; `n` = 6 m). It maps rates to the
-/// velocity of its tip relative to its base, angular rows (rad/s) first, at the tip's origin, world axes.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_jacobian(
-    robot: *mut LwRobot,
-    part: u32,
-    J: *mut f64,
-    n: usize,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let part = r.part(part)?;
-            let J = numbers_mut("J", J, n, 6 * r.model().dofs(part)?.len())?;
-            Ok(r.robot.jacobian(part, J)?)
-        })
-    }
-}
-
-/// Writes the Jacobian of a chain's tip over the whole mechanism to `J` (6 rows of nv; `n` = 6 nv). It includes the degrees of freedom that carry the
-/// chain.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_whole_jacobian(
-    robot: *mut LwRobot,
-    part: u32,
-    J: *mut f64,
-    n: usize,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let part = r.part(part)?;
-            let J = numbers_mut("J", J, n, 6 * r.model().nv())?;
-            Ok(r.robot.whole_jacobian(part, J)?)
-        })
-    }
-}
-
-/// Computes forces `tau` (`n` = nv; N m or N) for rates `v` and accelerations `vdot` (`n` = nv each) at the robot's q, including held objects, while
-/// the tips exert wrenches. The number of `pushes` is at most the number of parts.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_feed_forward(
-    robot: *mut LwRobot,
-    v: *const f64,
-    vdot: *const f64,
-    n: usize,
-    pushes: *const LwPush,
-    push_count: usize,
-    tau: *mut f64,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            apart(("v", v, n), ("tau", tau, n))?;
-            apart(("vdot", vdot, n), ("tau", tau, n))?;
-            let nv = r.model().nv();
-            let (v, vdot) = (numbers("v", v, n, nv)?, numbers("vdot", vdot, n, nv)?);
-            take_pushes(r, pushes, push_count)?;
-            let tau = numbers_mut("tau", tau, n, nv)?;
-            Ok(r.robot.feed_forward(v, vdot, &r.pushes, tau)?)
-        })
-    }
-}
-
-/// Computes forces `tau` (`n` = nv) that hold the robot's q at rest, including held objects, while the tips exert wrenches: as in
-/// `lw_robot_feed_forward`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_held_still(
-    robot: *mut LwRobot,
-    pushes: *const LwPush,
-    push_count: usize,
-    tau: *mut f64,
-    n: usize,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            take_pushes(r, pushes, push_count)?;
-            let tau = numbers_mut("tau", tau, n, r.model().nv())?;
-            Ok(r.robot.held_still(&r.pushes, tau)?)
-        })
-    }
-}
-
 /// Copies pushes into the robot's memory.
 ///
 /// # Safety
@@ -337,45 +138,144 @@ pub(crate) unsafe fn take_pushes(
     Ok(())
 }
 
-/// Writes the mass matrix at the robot's q, including held objects, to `M` (nv rows of nv, row after row; `n` = nv nv).
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_mass_matrix(
-    robot: *mut LwRobot,
-    M: *mut f64,
-    n: usize,
-) -> LwStatus {
-    // SAFETY: guaranteed by the caller.
-    unsafe {
-        alone(robot, LwRobot::parts, |r| {
-            let nv = r.model().nv();
-            let M = numbers_mut("M", M, n, nv * nv)?;
-            Ok(r.robot.mass_matrix(M)?)
-        })
+calls![
+    /// Creates a robot of a model at its neutral configuration and writes it to `out`; free it with `lw_robot_free`. Allocates the memory of all later
+    /// calls.
+    fn lw_robot_new(m: &LwModel, out: Out<*mut LwRobot>) {
+        out.set(LwRobot::give(Robot::new(&m.model)));
     }
-}
+];
 
-/// Writes the mass of all moving bodies, including held objects, kg, to `mass` (may be NULL), and their centre of mass at the robot's q, world, m, to
-/// `center` (3 numbers).
+/// Creates an independent robot with the same configuration, held objects and settings, and writes it to `out`.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_center_of_mass(
-    robot: *mut LwRobot,
-    mass: *mut f64,
-    center: *mut f64,
-) -> LwStatus {
+pub unsafe extern "C" fn lw_robot_clone(robot: *const LwRobot, out: *mut *mut LwRobot) -> LwStatus {
     // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
-            let center = Out::new("center", center.cast::<[f64; 3]>())?;
-            let mass = if mass.is_null() { None } else { Some(Out::new("mass", mass)?) };
-            let (sum, at) = r.robot.center_of_mass();
-            center.set(at.into());
-            if let Some(mass) = mass {
-                mass.set(sum);
-            }
+            Out::new("out", out)?.set(LwRobot::give(r.robot.clone()));
             Ok(())
         })
     }
 }
+
+calls![
+    /// Frees a robot; NULL has no effect.
+    fn lw_robot_free(robot: *mut LwRobot);
+];
+
+/// Like `lw_builder_message`, for a robot. May be called while another thread is in a call with the robot.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_message(
+    robot: *const LwRobot,
+    buffer: *mut c_char,
+    room: usize,
+    wanted: *mut usize,
+) -> LwStatus {
+    // SAFETY: guaranteed by the caller.
+    unsafe { edge::message(robot, |r| &r.message, buffer, room, wanted) }
+}
+
+calls![
+    /// Writes the configuration to `q` (`n` = nq).
+    fn lw_robot_q(r: &mut LwRobot, q: *mut f64, n: usize) {
+        numbers_mut("q", q, n, r.model().nq())?.copy_from_slice(r.robot.q());
+    }
+
+    /// Sets the configuration to `q` (`n` = nq). Limits are not checked.
+    fn lw_robot_set_q(r: &mut LwRobot, q: *const f64, n: usize) {
+        let q = numbers("q", q, n, r.model().nq())?;
+        r.robot.set_q(q)?;
+    }
+
+    /// Moves `q` (`n` = nq) to the nearest configuration within all limits, in place.
+    fn lw_robot_clamp(r: &mut LwRobot, q: *mut f64, n: usize) {
+        let q = numbers_mut("q", q, n, r.model().nq())?;
+        r.robot.clamp(q)?;
+    }
+
+    /// Sets the acceleration of gravity (3 numbers), world axes, m/s^2. Default: 9.81 m/s^2 along -z.
+    fn lw_robot_set_gravity(r: &mut LwRobot, g: *const f64) {
+        let g = value("g", g.cast::<[f64; 3]>())?;
+        r.robot.set_gravity(vec3("g", &g)?)?;
+    }
+
+    /// Writes the pose of the tip of a chain in the world at the robot's q. Computes only the bodies between the world and the tip.
+    fn lw_robot_tip_pose(r: &mut LwRobot, part: Part, out: Out<LwPose>) {
+        out.set(r.robot.tip_pose(part)?.into());
+    }
+
+    /// Writes the pose of a body in the world at the robot's q.
+    fn lw_robot_body_pose(r: &mut LwRobot, body: u32, out: Out<LwPose>) {
+        let id = r.model().multibody().body_ids().nth(body as usize);
+        out.set(r.robot.body_pose(id.ok_or(RobotError::ForeignHandle)?).into());
+    }
+
+    /// Writes the Jacobian of a chain at the robot's q to `J` (6 rows of its m degrees of freedom, row after row; `n` = 6 m). It maps rates to the
+    /// velocity of its tip relative to its base, angular rows (rad/s) first, at the tip's origin, world axes.
+    fn lw_robot_jacobian(r: &mut LwRobot, part: Part, J: *mut f64, n: usize) {
+        let J = numbers_mut("J", J, n, 6 * r.model().dofs(part)?.len())?;
+        r.robot.jacobian(part, J)?;
+    }
+
+    /// Writes the Jacobian of a chain's tip over the whole mechanism to `J` (6 rows of nv; `n` = 6 nv). It includes the degrees of freedom that carry the
+    /// chain.
+    fn lw_robot_whole_jacobian(r: &mut LwRobot, part: Part, J: *mut f64, n: usize) {
+        let J = numbers_mut("J", J, n, 6 * r.model().nv())?;
+        r.robot.whole_jacobian(part, J)?;
+    }
+
+    /// Computes forces `tau` (`n` = nv; N m or N) for rates `v` and accelerations `vdot` (`n` = nv each) at the robot's q, including held objects, while
+    /// the tips exert wrenches. The number of `pushes` is at most the number of parts.
+    fn lw_robot_feed_forward(
+        r: &mut LwRobot,
+        v: *const f64,
+        vdot: *const f64,
+        n: usize,
+        pushes: *const LwPush,
+        push_count: usize,
+        tau: *mut f64,
+    ) {
+        apart(("v", v, n), ("tau", tau, n))?;
+        apart(("vdot", vdot, n), ("tau", tau, n))?;
+        let nv = r.model().nv();
+        let (v, vdot) = (numbers("v", v, n, nv)?, numbers("vdot", vdot, n, nv)?);
+        take_pushes(r, pushes, push_count)?;
+        let tau = numbers_mut("tau", tau, n, nv)?;
+        r.robot.feed_forward(v, vdot, &r.pushes, tau)?;
+    }
+
+    /// Computes forces `tau` (`n` = nv) that hold the robot's q at rest, including held objects, while the tips exert wrenches: as in
+    /// `lw_robot_feed_forward`.
+    fn lw_robot_held_still(
+        r: &mut LwRobot,
+        pushes: *const LwPush,
+        push_count: usize,
+        tau: *mut f64,
+        n: usize,
+    ) {
+        take_pushes(r, pushes, push_count)?;
+        let tau = numbers_mut("tau", tau, n, r.model().nv())?;
+        r.robot.held_still(&r.pushes, tau)?;
+    }
+
+    /// Writes the mass matrix at the robot's q, including held objects, to `M` (nv rows of nv, row after row; `n` = nv nv).
+    fn lw_robot_mass_matrix(r: &mut LwRobot, M: *mut f64, n: usize) {
+        let nv = r.model().nv();
+        let M = numbers_mut("M", M, n, nv * nv)?;
+        r.robot.mass_matrix(M)?;
+    }
+
+    /// Writes the mass of all moving bodies, including held objects, kg, to `mass` (may be NULL), and their centre of mass at the robot's q, world, m, to
+    /// `center` (3 numbers).
+    fn lw_robot_center_of_mass(r: &mut LwRobot, mass: Option<Out<f64>>, center: *mut f64) {
+        let center = Out::new("center", center.cast::<[f64; 3]>())?;
+        let (sum, at) = r.robot.center_of_mass();
+        center.set(at.into());
+        if let Some(mass) = mass {
+            mass.set(sum);
+        }
+    }
+];
 
 #[cfg(test)]
 mod tests {

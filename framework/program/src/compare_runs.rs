@@ -158,17 +158,22 @@ fn print(rows: &[[String; 5]]) {
     }
 }
 
-/// Compares two runs. The exit code is 1 if a metric, or without tolerances the configuration, differs.
-pub fn compare(a: &Path, b: &Path, tolerances: &Tolerances) -> u8 {
-    let (x, y) = match (read(a), read(b)) {
-        (Ok(x), Ok(y)) => (x, y),
+/// Returns both inputs, or prints the errors of those that cannot be read.
+pub fn both<T>(x: Result<T, String>, y: Result<T, String>) -> Option<(T, T)> {
+    match (x, y) {
+        (Ok(x), Ok(y)) => Some((x, y)),
         (x, y) => {
             for e in [x.err(), y.err()].into_iter().flatten() {
                 tell!("error: {e}");
             }
-            return exit::INPUT;
+            None
         }
-    };
+    }
+}
+
+/// Compares two runs. The exit code is 1 if a metric, or without tolerances the configuration, differs.
+pub fn compare(a: &Path, b: &Path, tolerances: &Tolerances) -> u8 {
+    let Some((x, y)) = both(read(a), read(b)) else { return exit::INPUT };
     let names: BTreeSet<&String> = x.metrics.keys().chain(y.metrics.keys()).collect();
     let mut rows =
         vec![Row { name: "simulated time".into(), a: x.time, b: y.time, unit: "s".into() }];

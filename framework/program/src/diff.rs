@@ -171,15 +171,7 @@ pub fn diff(a: &Path, b: &Path, options: &DiffOptions) -> u8 {
         }
         return compare_runs::compare(a, b, &tolerances);
     }
-    let (x, y) = match (read(a), read(b)) {
-        (Ok(x), Ok(y)) => (x, y),
-        (x, y) => {
-            for e in [x.err(), y.err()].into_iter().flatten() {
-                tell!("error: {e}");
-            }
-            return exit::INPUT;
-        }
-    };
+    let Some((x, y)) = compare_runs::both(read(a), read(b)) else { return exit::INPUT };
     let unused = tolerances.of.iter().find(|(pattern, ..)| {
         !x.series.keys().chain(y.series.keys()).any(|name| path_matches(pattern, name))
     });

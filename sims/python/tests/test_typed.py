@@ -1,4 +1,4 @@
-"""The program for mypy also runs correctly, and mypy rejects its wrong lines."""
+"""The types follow from the Rust sources; the program for mypy also runs correctly, and mypy rejects its wrong lines."""
 
 import re
 import subprocess
@@ -6,6 +6,12 @@ import sys
 from pathlib import Path
 
 from conftest import SOURCE
+
+
+def test_the_stub_follows_from_the_sources() -> None:
+    script = SOURCE / "sims" / "python" / "stubs"
+    done = subprocess.run([sys.executable, script, "--check"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 def test_the_typed_program_runs(tmp_path: Path) -> None:

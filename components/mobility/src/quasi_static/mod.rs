@@ -22,6 +22,18 @@ const PARKED: f64 = 1e-8;
 /// Speed above which a wheel counts as rolling and its slip angle is defined, m/s.
 const ROLLING: f64 = 1e-4;
 
+/// Reports parameters that have no effect without inertia: a wheel then has no `lacks`, and `dynamic` is the model that has it.
+fn idle<const N: usize>(names: [&'static str; N], lacks: &str, dynamic: &str) -> Judged {
+    let reason = || {
+        let why = format!(
+            "a wheel of a quasi-static machine is always in balance: it has neither {lacks}"
+        );
+        let help = format!("remove it, or use `{dynamic}` in a machine with dynamics");
+        Some(BuildError::new(why).help(help))
+    };
+    names.map(|name| (Judge::Param(name), reason())).into()
+}
+
 /// Hub and ground load.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct QuasiStaticIn {

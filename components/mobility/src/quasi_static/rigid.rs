@@ -3,7 +3,7 @@
 //! R = μ N / max(|u|, V/100)      Coulomb's friction against the velocity of the rim, and creep below it
 //! z = (N/k)^(1/e)
 //! ```
-use super::{QuasiStaticIn, Sliding};
+use super::{QuasiStaticIn, Sliding, idle};
 use crate::wheel_rigid::WheelRigidParams;
 use linkwork_runtime::prelude::*;
 
@@ -53,15 +53,8 @@ pub struct WheelRigidQuasiStatic {
 impl Model for WheelRigidQuasiStatic {
     type Params = WheelRigidParams;
     fn without_effect(&self, _: IsWired<'_>) -> Judged {
-        let idle = || {
-            let why = "a wheel of a quasi-static machine is always in balance: it has neither damping nor bristles";
-            Some(
-                BuildError::new(why)
-                    .help("remove it, or use `mobility.wheel_rigid` in a machine with dynamics"),
-            )
-        };
         let names = ["dissipation", "tangential_stiffness", "tangential_damping"];
-        names.map(|name| (Judge::Param(name), idle())).into()
+        idle(names, "damping nor bristles", "mobility.wheel_rigid")
     }
     fn build(p: WheelRigidParams) -> Result<Self, BuildError> {
         p.ground()?;

@@ -5,7 +5,7 @@
 //! c, R_x              of the drawbar pull at ±|u_x|, so that c is what rolling resists
 //! R_y = −F_y(u)/u_y
 //! ```
-use super::{QuasiStaticIn, ROLLING, Sliding};
+use super::{QuasiStaticIn, ROLLING, Sliding, idle};
 use crate::multipass::Rut;
 use crate::ruts::{Ruts, Tracks};
 use crate::terramechanics::{Motion, WheelForces, WheelSoil};
@@ -102,15 +102,8 @@ impl Model for WheelSoilQuasiStatic {
     type FeedthroughOutputs = SoilQuasiStaticOut;
     type Store = View<Tracks>;
     fn without_effect(&self, _: IsWired<'_>) -> Judged {
-        let idle = || {
-            let why = "a wheel of a quasi-static machine is always in balance: it has neither damping nor unloading";
-            Some(
-                BuildError::new(why)
-                    .help("remove it, or use `mobility.wheel_soil` in a machine with dynamics"),
-            )
-        };
         let names = ["shear_damping", "shear_unloading", "normal_damping", "unloading_stiffness"];
-        names.map(|name| (Judge::Param(name), idle())).into()
+        idle(names, "damping nor unloading", "mobility.wheel_soil")
     }
     fn build(p: WheelSoilParams) -> Result<Self, BuildError> {
         Ok(WheelSoilQuasiStatic { model: WheelSoilModel::build(p)? })

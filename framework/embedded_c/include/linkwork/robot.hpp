@@ -13,13 +13,14 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <tuple>
+#include <type_traits>
 #include <utility>
 #include <vector>
 #if __cplusplus >= 202002L
 #include <span>
 #else
 #include <iterator>
-#include <type_traits>
 #endif
 
 namespace linkwork {
@@ -98,6 +99,66 @@ void check(LwStatus status, const Handle *handle, MessageOf<Handle> message) {
   throw Error(status, words);
 }
 
+inline void copy(std::array<double, 3> from, double (&to)[3]) {
+  for (std::size_t i = 0; i < 3; ++i) to[i] = from[i];
+}
+
+inline void require(bool met, const char *text) {
+  if (!met) throw Error(LW_STATUS_LENGTH, text);
+}
+
+// The arguments of a function of robot.h for an argument of C++: a text, an array or a structure is a pointer, a span is a pointer and a length, an
+// empty optional is NULL. Numbers and pointers remain what they are.
+template <class T>
+auto pass(const T &x) {
+  if constexpr (std::is_class_v<T>) {
+    return std::tuple(&x);
+  } else {
+    return std::tuple(x);
+  }
+}
+inline auto pass(const std::string &x) { return std::tuple(x.c_str()); }
+template <class T, std::size_t N>
+auto pass(const std::array<T, N> &x) {
+  return std::tuple(x.data());
+}
+template <class T>
+auto pass(const std::optional<T> &x) {
+  return std::tuple(x ? &*x : nullptr);
+}
+template <class T>
+auto pass(const Span<T> &x) {
+  return std::tuple(x.data(), x.size());
+}
+template <class T, std::size_t N>
+auto pass(const Span<const std::array<T, N>> &x) {
+  return std::tuple(x.empty() ? nullptr : x.front().data(), x.size());
+}
+
+// The pointer to which a function of robot.h writes a result.
+template <class T>
+T *result(T &x) {
+  return &x;
+}
+template <class T, std::size_t N>
+T *result(std::array<T, N> &x) {
+  return x.data();
+}
+
+// Calls a function of robot.h.
+template <class Function, class... Arguments>
+LwStatus call(Function function, const Arguments &...arguments) {
+  return std::apply(function, std::tuple_cat(pass(arguments)...));
+}
+
+// Calls a function without a handle and returns its result, the last argument in C.
+template <class Result, class Function, class... Arguments>
+Result ask(Function function, const Arguments &...arguments) {
+  Result out{};
+  check<LwRobot>(call(function, arguments..., result(out)), nullptr, lw_robot_message);
+  return out;
+}
+
 template <auto Free>
 struct Freed {
   template <class Handle>
@@ -106,13 +167,30 @@ struct Freed {
   }
 };
 
-}  // namespace detail
+// Owns a handle with a message. `call` throws errors; `ask` also returns the result, the last argument in C.
+template <class Handle, auto Free, auto Message>
+class Owner {
+ public:
+  Handle *get() const noexcept { return handle_.get(); }
 
-namespace detail {
+ protected:
+  explicit Owner(Handle *owned) : handle_(owned) {}
 
-inline void copy(std::array<double, 3> from, double (&to)[3]) {
-  for (std::size_t i = 0; i < 3; ++i) to[i] = from[i];
-}
+  void check(LwStatus status) const { detail::check<Handle>(status, get(), Message); }
+  template <class Function, class... Arguments>
+  void call(Function function, const Arguments &...arguments) const {
+    check(detail::call(function, get(), arguments...));
+  }
+  template <class Result, class Function, class... Arguments>
+  Result ask(Function function, const Arguments &...arguments) const {
+    Result out{};
+    call(function, arguments..., result(out));
+    return out;
+  }
+
+ private:
+  std::unique_ptr<Handle, Freed<Free>> handle_;
+};
 
 }  // namespace detail
 
@@ -198,90 +276,64 @@ inline LwObjective posture_objective(std::uint32_t level, Span<const double> pos
 // Returns the corners of the support polygon of contact points, counter-clockwise. Allocates.
 inline std::vector<std::array<double, 2>> support_polygon(std::vector<std::array<double, 2>> points) {
   std::vector<std::array<double, 2>> hull(points.size() + 1);
-  std::size_t count = 0;
-  detail::check<LwRobot>(lw_support_polygon(points.empty() ? nullptr : points.front().data(), points.size(),
-                                            hull.front().data(), hull.size(), &count),
-                         nullptr, lw_robot_message);
-  hull.resize(count);
+  double *first = points.empty() ? nullptr : points.front().data();
+  hull.resize(detail::ask<std::size_t>(lw_support_polygon, first, points.size(), hull.front().data(), hull.size()));
   return hull;
 }
 // Returns the distance of a point from the nearest edge of such a polygon, m; negative outside.
 inline double support_margin(Span<const std::array<double, 2>> hull, std::array<double, 2> p) {
-  double out = 0;
-  detail::check<LwRobot>(
-      lw_support_margin(hull.empty() ? nullptr : hull.front().data(), hull.size(), p.data(), &out), nullptr,
-      lw_robot_message);
-  return out;
+  return detail::ask<double>(lw_support_margin, hull, p);
 }
 
 // State of a robot: configuration and motion, at rest if no rates are given. The arrays are not copied: they must exist during the call.
 inline LwMotionState motion_state(Span<const double> q, Span<const double> v = {},
                                   Span<const double> vdot = {}) {
-  if (!v.empty() && !vdot.empty() && v.size() != vdot.size())
-    throw Error(LW_STATUS_LENGTH, "`v` and `vdot` differ in length\n  help: give nv numbers each");
+  detail::require(v.empty() || vdot.empty() || v.size() == vdot.size(),
+                  "`v` and `vdot` differ in length\n  help: give nv numbers each");
   return {q.data(), q.size(), v.empty() ? nullptr : v.data(), vdot.empty() ? nullptr : vdot.data(),
           v.empty() ? vdot.size() : v.size()};
 }
 
 // Returns the default effort of inverse kinematics.
 inline LwEffort default_effort() {
-  LwEffort out;
-  lw_effort_default(&out);
-  return out;
+  return detail::ask<LwEffort>(lw_effort_default);
 }
 
 // Returns an upper bound for the kinematics evaluations of inverse kinematics of one chain with such a goal.
 inline std::size_t worst_case_steps(const LwGoal &goal, const LwEffort *effort = nullptr) {
-  std::size_t out = 0;
-  const LwStatus status = lw_effort_worst_case_steps(effort, &goal, &out);
-  if (status != LW_STATUS_OK) throw Error(status, lw_status_text(status));
-  return out;
+  return detail::ask<std::size_t>(lw_effort_worst_case_steps, effort, goal);
 }
 
 // Constant data of a robot. Threads may share one.
-class Model {
+class Model : public detail::Owner<LwModel, lw_model_free, lw_model_message> {
  public:
-  explicit Model(LwModel *owned) : handle_(owned) {}
+  explicit Model(LwModel *owned) : Owner(owned) {}
 
   // Returns another handle of the same model, with its own message.
-  Model clone() const {
-    LwModel *out = nullptr;
-    check(lw_model_clone(get(), &out));
-    return Model(out);
-  }
+  Model clone() const { return Model(ask<LwModel *>(lw_model_clone)); }
 
-  std::size_t nq() const { return sizes().first; }
-  std::size_t nv() const { return sizes().second; }
+  std::size_t nq() const { return pair(lw_model_sizes).first; }
+  std::size_t nv() const { return pair(lw_model_sizes).second; }
 
-  std::uint32_t part(const std::string &name) const { return find(lw_model_part, name); }
-  std::uint32_t object(const std::string &name) const { return find(lw_model_object, name); }
-  std::uint32_t body(const std::string &name) const { return find(lw_model_body, name); }
-  std::uint32_t collider(const std::string &name) const { return find(lw_model_collider, name); }
+  std::uint32_t part(const std::string &name) const { return ask<std::uint32_t>(lw_model_part, name); }
+  std::uint32_t object(const std::string &name) const { return ask<std::uint32_t>(lw_model_object, name); }
+  std::uint32_t body(const std::string &name) const { return ask<std::uint32_t>(lw_model_body, name); }
+  std::uint32_t collider(const std::string &name) const { return ask<std::uint32_t>(lw_model_collider, name); }
 
   // Returns the numbers of coordinates and degrees of freedom of an object's joints.
   std::pair<std::size_t, std::size_t> object_sizes(std::uint32_t object) const {
-    std::pair<std::size_t, std::size_t> out;
-    check(lw_model_object_sizes(get(), object, &out.first, &out.second));
-    return out;
+    return pair(lw_model_object_sizes, object);
   }
   std::uint32_t object_body(std::uint32_t object, const std::string &name) const {
-    std::uint32_t out = 0;
-    check(lw_model_object_body(get(), object, name.c_str(), &out));
-    return out;
+    return ask<std::uint32_t>(lw_model_object_body, object, name);
   }
 
-  std::string collider_name(std::uint32_t id) const {
-    return words([&](char *b, std::size_t n, std::size_t *w) { return lw_model_collider_name(get(), id, b, n, w); });
-  }
+  std::string collider_name(std::uint32_t id) const { return words(lw_model_collider_name, id); }
 
   // Returns the content of the files that the model does not use, one line each.
-  std::string unused() const {
-    return words([&](char *b, std::size_t n, std::size_t *w) { return lw_model_unused(get(), b, n, w); });
-  }
+  std::string unused() const { return words(lw_model_unused); }
   // Returns warnings about mass properties of the file that no rigid body can have but that were read all the same.
-  std::string doubtful() const {
-    return words([&](char *b, std::size_t n, std::size_t *w) { return lw_model_doubtful(get(), b, n, w); });
-  }
+  std::string doubtful() const { return words(lw_model_doubtful); }
 
   // Indices of a hinge's coordinates and degrees of freedom.
   struct Hinge {
@@ -289,28 +341,22 @@ class Model {
   };
   Hinge hinge(std::uint32_t body) const {
     Hinge h{};
-    check(lw_model_hinge(get(), body, &h.in_q, &h.q_count, &h.in_v, &h.v_count));
+    call(lw_model_hinge, body, &h.in_q, &h.q_count, &h.in_v, &h.v_count);
     return h;
   }
   Hinge object_hinge(std::uint32_t object, std::uint32_t body) const {
     Hinge h{};
-    check(lw_model_object_hinge(get(), object, body, &h.in_q, &h.q_count, &h.in_v, &h.v_count));
+    call(lw_model_object_hinge, object, body, &h.in_q, &h.q_count, &h.in_v, &h.v_count);
     return h;
   }
 
   // Returns the indices of a joint in q and among the degrees of freedom.
-  std::pair<std::size_t, std::size_t> joint(const std::string &name) const {
-    std::pair<std::size_t, std::size_t> out;
-    check(lw_model_joint(get(), name.c_str(), &out.first, &out.second));
-    return out;
-  }
+  std::pair<std::size_t, std::size_t> joint(const std::string &name) const { return pair(lw_model_joint, name); }
 
   // Returns the indices of a chain's degrees of freedom, which are the columns of its Jacobian.
   std::vector<std::size_t> dofs(std::uint32_t part) const {
-    std::size_t count = 0;
-    check(lw_model_part_size(get(), part, &count));
-    std::vector<std::size_t> out(count);
-    check(lw_model_part_dofs(get(), part, out.data(), out.size()));
+    std::vector<std::size_t> out(ask<std::size_t>(lw_model_part_size, part));
+    call(lw_model_part_dofs, part, Span<std::size_t>(out));
     return out;
   }
 
@@ -325,527 +371,389 @@ class Model {
   // Returns lower and upper limits of all degrees of freedom.
   std::pair<std::vector<double>, std::vector<double>> limits() const {
     std::pair<std::vector<double>, std::vector<double>> out{nv(), nv()};
-    check(lw_model_limits(get(), out.first.data(), out.second.data(), out.first.size()));
+    call(lw_model_limits, out.first.data(), Span<double>(out.second));
     return out;
   }
 
-  LwModel *get() const noexcept { return handle_.get(); }
-  void check(LwStatus status) const { detail::check<LwModel>(status, get(), lw_model_message); }
+  using Owner::check;
 
  private:
-  std::pair<std::size_t, std::size_t> sizes() const {
+  template <class Function, class... Arguments>
+  std::pair<std::size_t, std::size_t> pair(Function function, const Arguments &...arguments) const {
     std::pair<std::size_t, std::size_t> out;
-    check(lw_model_sizes(get(), &out.first, &out.second));
+    call(function, arguments..., &out.first, &out.second);
     return out;
   }
 
-  template <class Call>
-  std::vector<std::uint32_t> colliders(Call call, std::uint32_t of) const {
+  template <class Function>
+  std::vector<std::uint32_t> colliders(Function function, std::uint32_t of) const {
     std::size_t count = 0;
-    const LwStatus status = call(get(), of, nullptr, 0, &count);
+    const LwStatus status = function(get(), of, nullptr, 0, &count);
     if (status != LW_STATUS_NO_ROOM) check(status);
     std::vector<std::uint32_t> out(count);
-    check(call(get(), of, out.data(), out.size(), &count));
+    call(function, of, Span<std::uint32_t>(out), &count);
     return out;
   }
 
-  template <class Find>
-  std::uint32_t find(Find call, const std::string &name) const {
-    std::uint32_t out = 0;
-    check(call(get(), name.c_str(), &out));
-    return out;
-  }
-
-  template <class Call>
-  std::string words(Call &&call) const {
+  template <class Function, class... Arguments>
+  std::string words(Function function, Arguments... arguments) const {
     LwStatus status;
-    auto out = detail::text(call, status);
+    const auto read = [&](char *b, std::size_t n, std::size_t *w) { return function(get(), arguments..., b, n, w); };
+    auto out = detail::text(read, status);
     check(status);
     return out;
   }
-
-  std::unique_ptr<LwModel, detail::Freed<lw_model_free>> handle_;
 };
 
 // A model under construction.
-class Builder {
- public:
-  Builder() {
-    LwBuilder *out = nullptr;
-    detail::check<LwBuilder>(lw_builder_new(&out), nullptr, lw_builder_message);
-    handle_.reset(out);
-  }
+class Builder : public detail::Owner<LwBuilder, lw_builder_free, lw_builder_message> {
+  using At = std::optional<LwPose>;
+  using Name = std::string;
+  using Cells = std::array<std::uint32_t, 3>;
+  using Points = Span<const std::array<double, 3>>;
+  using Triangles = Span<const std::array<std::uint32_t, 3>>;
+  using Center = std::array<double, 3>;
+  using Inertia = std::array<double, 9>;
 
-  Builder &packages(const std::string &folder) { return check(lw_builder_packages(get(), folder.c_str())); }
-  Builder &keep_closures() { return check(lw_builder_keep_closures(get())); }
-  Builder &robot_file(const std::string &path, std::uint32_t root = LW_ROOT_AS_WRITTEN,
+ public:
+  Builder() : Owner(detail::ask<LwBuilder *>(lw_builder_new)) {}
+
+  Builder &packages(const Name &folder) { return add(lw_builder_packages, folder); }
+  Builder &keep_closures() { return add(lw_builder_keep_closures); }
+  Builder &robot_file(const Name &path, std::uint32_t root = LW_ROOT_AS_WRITTEN,
                       std::uint32_t inertia = LW_INERTIA_WARN) {
-    return check(lw_builder_robot_file(get(), path.c_str(), root, inertia));
+    return add(lw_builder_robot_file, path, root, inertia);
   }
-  Builder &robot_text(const std::string &xml, std::uint32_t root = LW_ROOT_AS_WRITTEN,
+  Builder &robot_text(const Name &xml, std::uint32_t root = LW_ROOT_AS_WRITTEN,
                       std::uint32_t inertia = LW_INERTIA_WARN) {
-    return check(lw_builder_robot_text(get(), xml.c_str(), root, inertia));
+    return add(lw_builder_robot_text, xml, root, inertia);
   }
-  Builder &groups_file(const std::string &path) { return check(lw_builder_groups_file(get(), path.c_str())); }
-  Builder &groups_text(const std::string &xml) { return check(lw_builder_groups_text(get(), xml.c_str())); }
-  Builder &file_shapes() { return check(lw_builder_file_shapes(get())); }
-  Builder &chain(const std::string &name, const std::string &base, const std::string &tip) {
-    return check(lw_builder_chain(get(), name.c_str(), base.c_str(), tip.c_str()));
+  Builder &groups_file(const Name &path) { return add(lw_builder_groups_file, path); }
+  Builder &groups_text(const Name &xml) { return add(lw_builder_groups_text, xml); }
+  Builder &file_shapes() { return add(lw_builder_file_shapes); }
+  Builder &chain(const Name &name, const Name &base, const Name &tip) { return add(lw_builder_chain, name, base, tip); }
+  Builder &object(const Name &name, double mass, Center center, Inertia inertia) {
+    return add(lw_builder_object, name, mass, center, inertia);
   }
-  Builder &object(const std::string &name, double mass, std::array<double, 3> center, std::array<double, 9> inertia) {
-    return check(lw_builder_object(get(), name.c_str(), mass, center.data(), inertia.data()));
+  Builder &body(const Name &name, const Name &parent, const LwHinge &hinge, double mass, Center center,
+                Inertia inertia, const At &at = std::nullopt) {
+    return add(lw_builder_body, name, parent, hinge, at, mass, center, inertia);
   }
-  Builder &body(const std::string &name, const std::string &parent, const LwHinge &hinge, double mass,
-                std::array<double, 3> center, std::array<double, 9> inertia,
-                const std::optional<LwPose> &at = std::nullopt) {
-    return check(lw_builder_body(get(), name.c_str(), parent.c_str(), &hinge, at ? &*at : nullptr, mass, center.data(),
-                                 inertia.data()));
-  }
-  Builder &object_body(const std::string &name, const std::string &parent, const LwHinge &hinge, double mass,
-                       std::array<double, 3> center, std::array<double, 9> inertia,
-                       const std::optional<LwPose> &at = std::nullopt) {
-    return check(lw_builder_object_body(get(), name.c_str(), parent.c_str(), &hinge, at ? &*at : nullptr, mass,
-                                        center.data(), inertia.data()));
+  Builder &object_body(const Name &name, const Name &parent, const LwHinge &hinge, double mass, Center center,
+                       Inertia inertia, const At &at = std::nullopt) {
+    return add(lw_builder_object_body, name, parent, hinge, at, mass, center, inertia);
   }
   // An infinite limit means that the hinge has no limit.
-  Builder &limits(const std::string &body, double lower, double upper,
-                  double rate = std::numeric_limits<double>::infinity(),
+  Builder &limits(const Name &body, double lower, double upper, double rate = std::numeric_limits<double>::infinity(),
                   double effort = std::numeric_limits<double>::infinity()) {
-    return check(lw_builder_limits(get(), body.c_str(), lower, upper, rate, effort));
+    return add(lw_builder_limits, body, lower, upper, rate, effort);
   }
-  Builder &shape(const std::string &name, const std::string &carrier, const LwShape &shape,
-                 const std::optional<LwPose> &at = std::nullopt) {
-    return check(lw_builder_shape(get(), name.c_str(), carrier.c_str(), at ? &*at : nullptr, &shape));
+  Builder &shape(const Name &name, const Name &carrier, const LwShape &shape, const At &at = std::nullopt) {
+    return add(lw_builder_shape, name, carrier, at, shape);
   }
-  Builder &point_cloud(const std::string &name, const std::string &carrier, std::size_t room,
-                       const std::optional<LwPose> &at = std::nullopt) {
-    return check(lw_builder_point_cloud(get(), name.c_str(), carrier.c_str(), at ? &*at : nullptr, room));
+  Builder &point_cloud(const Name &name, const Name &carrier, std::size_t room, const At &at = std::nullopt) {
+    return add(lw_builder_point_cloud, name, carrier, at, room);
   }
-  Builder &voxel_map(const std::string &name, const std::string &carrier, std::array<std::uint32_t, 3> cells,
-                     double edge, const std::optional<LwPose> &at = std::nullopt) {
-    return check(lw_builder_voxel_map(get(), name.c_str(), carrier.c_str(), at ? &*at : nullptr, cells.data(), edge));
+  Builder &voxel_map(const Name &name, const Name &carrier, Cells cells, double edge, const At &at = std::nullopt) {
+    return add(lw_builder_voxel_map, name, carrier, at, cells, edge);
   }
-  Builder &hull(const std::string &name, const std::string &carrier, Span<const std::array<double, 3>> points,
-                const std::optional<LwPose> &at = std::nullopt) {
-    return check(lw_builder_hull(get(), name.c_str(), carrier.c_str(), at ? &*at : nullptr, first(points), points.size()));
+  Builder &hull(const Name &name, const Name &carrier, Points points, const At &at = std::nullopt) {
+    return add(lw_builder_hull, name, carrier, at, points);
   }
-  Builder &mesh(const std::string &name, const std::string &carrier, Span<const std::array<double, 3>> vertices,
-                Span<const std::array<std::uint32_t, 3>> triangles, const std::optional<LwPose> &at = std::nullopt) {
-    return check(lw_builder_mesh(get(), name.c_str(), carrier.c_str(), at ? &*at : nullptr, first(vertices),
-                                 vertices.size(), first(triangles), triangles.size()));
+  Builder &mesh(const Name &name, const Name &carrier, Points vertices, Triangles triangles,
+                const At &at = std::nullopt) {
+    return add(lw_builder_mesh, name, carrier, at, vertices, triangles);
   }
-  Builder &height_field(const std::string &name, const std::string &carrier, std::size_t x, std::size_t y,
-                        std::array<double, 2> spacing, Span<const double> heights,
-                        const std::optional<LwPose> &at = std::nullopt) {
-    return check(lw_builder_height_field(get(), name.c_str(), carrier.c_str(), at ? &*at : nullptr, x, y,
-                                         spacing.data(), heights.data(), heights.size()));
+  Builder &height_field(const Name &name, const Name &carrier, std::size_t x, std::size_t y,
+                        std::array<double, 2> spacing, Span<const double> heights, const At &at = std::nullopt) {
+    return add(lw_builder_height_field, name, carrier, at, x, y, spacing, heights);
   }
   // Adds a coarse shape to a collider that was added before.
-  Builder &coarse(const std::string &name, const LwShape &shape) {
-    return check(lw_builder_coarse(get(), name.c_str(), &shape));
+  Builder &coarse(const Name &name, const LwShape &shape) { return add(lw_builder_coarse, name, shape); }
+  Builder &coarse_hull(const Name &name, Points points) { return add(lw_builder_coarse_hull, name, points); }
+  Builder &coarse_mesh(const Name &name, Points vertices, Triangles triangles) {
+    return add(lw_builder_coarse_mesh, name, vertices, triangles);
   }
-  Builder &coarse_hull(const std::string &name, Span<const std::array<double, 3>> points) {
-    return check(lw_builder_coarse_hull(get(), name.c_str(), first(points), points.size()));
+  Builder &coarse_voxel_map(const Name &name, Cells cells, double edge, Span<const Cells> occupied) {
+    return add(lw_builder_coarse_voxel_map, name, cells, edge, occupied);
   }
-  Builder &coarse_mesh(const std::string &name, Span<const std::array<double, 3>> vertices,
-                       Span<const std::array<std::uint32_t, 3>> triangles) {
-    return check(lw_builder_coarse_mesh(get(), name.c_str(), first(vertices), vertices.size(), first(triangles),
-                                        triangles.size()));
-  }
-  Builder &coarse_voxel_map(const std::string &name, std::array<std::uint32_t, 3> cells, double edge,
-                            Span<const std::array<std::uint32_t, 3>> occupied) {
-    return check(lw_builder_coarse_voxel_map(get(), name.c_str(), cells.data(), edge, first(occupied),
-                                             occupied.size()));
-  }
-  Builder &collide(const std::string &a, const std::string &b) {
-    return check(lw_builder_collide(get(), a.c_str(), b.c_str()));
-  }
+  Builder &collide(const Name &a, const Name &b) { return add(lw_builder_collide, a, b); }
   // Excludes all pairs of these bodies from collision checks.
   Builder &apart(Span<const std::string> bodies) {
     std::vector<const char *> names;
     for (const auto &name : bodies) names.push_back(name.c_str());
-    return check(lw_builder_apart(get(), names.data(), names.size()));
+    return add(lw_builder_apart, names.data(), names.size());
   }
-  Builder &neighbours(std::uint32_t neighbours) { return check(lw_builder_neighbours(get(), neighbours)); }
-  Builder &ignore(const std::string &a, const std::string &b) {
-    return check(lw_builder_ignore(get(), a.c_str(), b.c_str()));
-  }
+  Builder &neighbours(std::uint32_t neighbours) { return add(lw_builder_neighbours, neighbours); }
+  Builder &ignore(const Name &a, const Name &b) { return add(lw_builder_ignore, a, b); }
 
-  Model model() {
-    LwModel *out = nullptr;
-    check(lw_builder_model(get(), &out));
-    return Model(out);
-  }
-
-  LwBuilder *get() const noexcept { return handle_.get(); }
+  Model model() { return Model(ask<LwModel *>(lw_builder_model)); }
 
  private:
-  template <class T, std::size_t N>
-  static const T *first(Span<const std::array<T, N>> rows) {
-    return rows.empty() ? nullptr : rows.front().data();
-  }
-
-  Builder &check(LwStatus status) {
-    detail::check<LwBuilder>(status, get(), lw_builder_message);
+  template <class Function, class... Arguments>
+  Builder &add(Function function, const Arguments &...arguments) {
+    call(function, arguments...);
     return *this;
   }
-
-  std::unique_ptr<LwBuilder, detail::Freed<lw_builder_free>> handle_;
 };
 
 // One instance of a model, for one thread at a time. After the constructor only clone, functions that return a vector, and exceptions allocate.
-class Robot {
+class Robot : public detail::Owner<LwRobot, lw_robot_free, lw_robot_message> {
+  using Id = std::uint32_t;
+  using In = Span<const double>;
+  using Out = Span<double>;
+  using At = std::optional<LwPose>;
+  using Effort = std::optional<LwEffort>;
+  using Wrenches = std::array<LwWrench, 2>;
+  using Cells = Span<const std::array<std::uint32_t, 3>>;
+
  public:
-  explicit Robot(const Model &model) {
-    LwRobot *out = nullptr;
-    model.check(lw_robot_new(model.get(), &out));
-    handle_.reset(out);
-  }
+  explicit Robot(const Model &model) : Owner(make(model)) {}
 
   // Returns an independent robot with the same configuration, held objects and settings.
-  Robot clone() const {
-    LwRobot *out = nullptr;
-    check(lw_robot_clone(get(), &out));
-    return Robot(out);
-  }
+  Robot clone() const { return Robot(ask<LwRobot *>(lw_robot_clone)); }
 
-  void q(Span<double> out) const { check(lw_robot_q(get(), out.data(), out.size())); }
-  void set_q(Span<const double> q) { check(lw_robot_set_q(get(), q.data(), q.size())); }
-  void clamp(Span<double> q) const { check(lw_robot_clamp(get(), q.data(), q.size())); }
-  void set_gravity(std::array<double, 3> g) { check(lw_robot_set_gravity(get(), g.data())); }
+  void q(Out out) const { call(lw_robot_q, out); }
+  void set_q(In q) { call(lw_robot_set_q, q); }
+  void clamp(Out q) const { call(lw_robot_clamp, q); }
+  void set_gravity(std::array<double, 3> g) { call(lw_robot_set_gravity, g); }
 
-  LwPose tip_pose(std::uint32_t part) { return pose(lw_robot_tip_pose, part); }
-  LwPose base_pose(std::uint32_t part) { return pose(lw_robot_base_pose, part); }
-  LwPose body_pose(std::uint32_t body) { return pose(lw_robot_body_pose, body); }
-  LwPose object_pose(std::uint32_t object) { return pose(lw_robot_object_pose, object); }
-  void jacobian(std::uint32_t part, Span<double> J) { check(lw_robot_jacobian(get(), part, J.data(), J.size())); }
-  void whole_jacobian(std::uint32_t part, Span<double> J) {
-    check(lw_robot_whole_jacobian(get(), part, J.data(), J.size()));
-  }
+  LwPose tip_pose(Id part) { return ask<LwPose>(lw_robot_tip_pose, part); }
+  LwPose base_pose(Id part) { return ask<LwPose>(lw_robot_base_pose, part); }
+  LwPose body_pose(Id body) { return ask<LwPose>(lw_robot_body_pose, body); }
+  LwPose object_pose(Id object) { return ask<LwPose>(lw_robot_object_pose, object); }
+  void jacobian(Id part, Out J) { call(lw_robot_jacobian, part, J); }
+  void whole_jacobian(Id part, Out J) { call(lw_robot_whole_jacobian, part, J); }
 
   // The `gradient` is over the chain's degrees of freedom, or empty.
-  LwManipulability manipulability(std::uint32_t part, std::uint32_t rows = LW_ROWS_ALL, double length = 1,
-                                  Span<double> gradient = {}) {
+  LwManipulability manipulability(Id part, std::uint32_t rows = LW_ROWS_ALL, double length = 1, Out gradient = {}) {
     LwManipulability out;
-    check(lw_robot_manipulability(get(), part, rows, length, &out, gradient.data(), gradient.size()));
+    call(lw_robot_manipulability, part, rows, length, &out, gradient);
     return out;
   }
   // Returns the residual, rad/s and m/s.
-  std::array<double, 2> rates(std::uint32_t part, std::array<double, 6> twist, Span<double> v) {
-    std::array<double, 2> out;
-    check(lw_robot_rates(get(), part, twist.data(), v.data(), v.size(), out.data()));
-    return out;
+  std::array<double, 2> rates(Id part, std::array<double, 6> twist, Out v) {
+    return ask<std::array<double, 2>>(lw_robot_rates, part, twist, v);
   }
 
-  LwAnswer inverse_kinematics(std::uint32_t part, const LwGoal &goal, Span<double> q,
-                 const std::optional<LwEffort> &effort = std::nullopt) {
-    LwAnswer out;
-    check(lw_robot_inverse_kinematics(get(), part, &goal, effort ? &*effort : nullptr, q.data(), q.size(), &out));
-    return out;
+  LwAnswer inverse_kinematics(Id part, const LwGoal &goal, Out q, const Effort &effort = std::nullopt) {
+    return ask<LwAnswer>(lw_robot_inverse_kinematics, part, goal, effort, q);
   }
   // Returns configurations one after the other, q.size() numbers each; held: -1, or the index among the degrees of freedom of the hinge that keeps its value.
-  std::vector<double> inverse_kinematics_all(std::uint32_t part, const LwGoal &goal, Span<const double> q, std::int64_t held = -1) {
+  std::vector<double> inverse_kinematics_all(Id part, const LwGoal &goal, In q, std::int64_t held = -1) {
     constexpr std::size_t most = 8;
     std::vector<double> out(most * q.size());
-    std::size_t count = 0;
-    check(lw_robot_inverse_kinematics_all(get(), part, held, &goal, q.data(), q.size(), out.data(), most, &count));
+    const auto count = ask<std::size_t>(lw_robot_inverse_kinematics_all, part, held, goal, q, out.data(), most);
     out.resize(count * q.size());
     return out;
   }
-  LwBest inverse_kinematics_best(std::uint32_t part, const LwGoal &goal, const LwPrefer &prefer, Span<double> q,
-                    const std::optional<LwEffort> &effort = std::nullopt) {
-    LwBest out;
-    check(lw_robot_inverse_kinematics_best(get(), part, &goal, &prefer, effort ? &*effort : nullptr, q.data(), q.size(), &out));
-    return out;
+  LwBest inverse_kinematics_best(Id part, const LwGoal &goal, const LwPrefer &prefer, Out q,
+                                 const Effort &effort = std::nullopt) {
+    return ask<LwBest>(lw_robot_inverse_kinematics_best, part, goal, prefer, effort, q);
   }
-  LwAnswer resume_inverse_kinematics(std::uint32_t part, std::size_t kinematics, Span<double> q) {
-    LwAnswer out;
-    check(lw_robot_resume_inverse_kinematics(get(), part, kinematics, q.data(), q.size(), &out));
-    return out;
+  LwAnswer resume_inverse_kinematics(Id part, std::size_t kinematics, Out q) {
+    return ask<LwAnswer>(lw_robot_resume_inverse_kinematics, part, kinematics, q);
   }
 
-  void feed_forward(Span<const double> v, Span<const double> vdot, Span<double> tau,
-                    Span<const LwPush> pushes = {}) {
-    if (v.size() != vdot.size() || v.size() != tau.size())
-      throw Error(LW_STATUS_LENGTH, "`v`, `vdot` and `tau` differ in length\n  help: give nv numbers each");
-    check(lw_robot_feed_forward(get(), v.data(), vdot.data(), v.size(), pushes.data(), pushes.size(), tau.data()));
+  void feed_forward(In v, In vdot, Out tau, Span<const LwPush> pushes = {}) {
+    detail::require(v.size() == vdot.size() && v.size() == tau.size(),
+                    "`v`, `vdot` and `tau` differ in length\n  help: give nv numbers each");
+    call(lw_robot_feed_forward, v.data(), vdot, pushes, tau.data());
   }
   // The joints of a held object move: `rates`, `accelerations` and `forces` have one number for each of their degrees of freedom.
-  void feed_forward_with_object(Span<const double> v, Span<const double> vdot, std::uint32_t object,
-                         Span<const double> rates, Span<const double> accelerations, Span<double> tau,
-                         Span<double> forces, Span<const LwPush> pushes = {}) {
-    if (v.size() != vdot.size() || v.size() != tau.size())
-      throw Error(LW_STATUS_LENGTH, "`v`, `vdot` and `tau` differ in length\n  help: give nv numbers each");
-    if (rates.size() != accelerations.size() || rates.size() != forces.size())
-      throw Error(LW_STATUS_LENGTH, "`rates`, `accelerations` and `forces` differ in length\n  help: give a number for each joint");
-    check(lw_robot_feed_forward_with_object(get(), v.data(), vdot.data(), v.size(), object, rates.data(), accelerations.data(),
-                                     rates.size(), pushes.data(), pushes.size(), tau.data(), forces.data()));
+  void feed_forward_with_object(In v, In vdot, Id object, In rates, In accelerations, Out tau, Out forces,
+                                Span<const LwPush> pushes = {}) {
+    detail::require(v.size() == vdot.size() && v.size() == tau.size(),
+                    "`v`, `vdot` and `tau` differ in length\n  help: give nv numbers each");
+    detail::require(rates.size() == accelerations.size() && rates.size() == forces.size(),
+                    "`rates`, `accelerations` and `forces` differ in length\n  help: give a number for each joint");
+    call(lw_robot_feed_forward_with_object, v.data(), vdot, object, rates.data(), accelerations, pushes, tau.data(),
+         forces.data());
   }
-  void held_still(Span<double> tau, Span<const LwPush> pushes = {}) {
-    check(lw_robot_held_still(get(), pushes.data(), pushes.size(), tau.data(), tau.size()));
-  }
+  void held_still(Out tau, Span<const LwPush> pushes = {}) { call(lw_robot_held_still, pushes, tau); }
   // The `tips` have six numbers for each part.
-  void bias(Span<const double> v, Span<double> tau, Span<const std::uint32_t> parts = {},
-            Span<double> tips = {}) {
-    if (v.size() != tau.size() || tips.size() != 6 * parts.size())
-      throw Error(LW_STATUS_LENGTH, "`v` and `tau`, or `parts` and `tips`, do not fit\n  help: give nv numbers each, and six for each part");
-    check(lw_robot_bias(get(), v.data(), v.size(), parts.data(), parts.size(), tau.data(), tips.data()));
+  void bias(In v, Out tau, Span<const std::uint32_t> parts = {}, Out tips = {}) {
+    detail::require(v.size() == tau.size() && tips.size() == 6 * parts.size(),
+                    "`v` and `tau`, or `parts` and `tips`, do not fit\n  help: give nv numbers each, and six for each part");
+    call(lw_robot_bias, v, parts, tau.data(), tips.data());
   }
-  void mass_matrix(Span<double> M) { check(lw_robot_mass_matrix(get(), M.data(), M.size())); }
+  void mass_matrix(Out M) { call(lw_robot_mass_matrix, M); }
   // Returns the mass, kg, and its centre in the world, m.
   std::pair<double, std::array<double, 3>> center_of_mass() {
     std::pair<double, std::array<double, 3>> out;
-    check(lw_robot_center_of_mass(get(), &out.first, out.second.data()));
+    call(lw_robot_center_of_mass, &out.first, out.second.data());
     return out;
   }
 
-  LwInertia composite_inertia(std::uint32_t body) {
-    LwInertia out;
-    check(lw_robot_composite_inertia(get(), body, &out));
-    return out;
-  }
+  LwInertia composite_inertia(Id body) { return ask<LwInertia>(lw_robot_composite_inertia, body); }
   // Returns the momentum, angular, then linear, about the centre of mass.
-  std::array<double, 6> momentum(Span<const double> v) {
-    std::array<double, 6> out;
-    check(lw_robot_momentum(get(), v.data(), v.size(), out.data()));
-    return out;
-  }
-  void centroidal_matrix(Span<double> A) { check(lw_robot_centroidal_matrix(get(), A.data(), A.size())); }
+  std::array<double, 6> momentum(In v) { return ask<std::array<double, 6>>(lw_robot_momentum, v); }
+  void centroidal_matrix(Out A) { call(lw_robot_centroidal_matrix, A); }
 
-  LwHold hold(std::uint32_t object) {
-    LwHold out;
-    check(lw_robot_hold(get(), object, &out));
-    return out;
-  }
+  LwHold hold(Id object) { return ask<LwHold>(lw_robot_hold, object); }
   // Two hands on one object; wrenches are those of the first hand, then of the second hand.
-  LwShared balance(std::uint32_t object, std::uint32_t balance, Span<double> tau) {
-    LwShared out;
-    check(lw_robot_balance(get(), object, balance, tau.data(), tau.size(), &out));
-    return out;
+  LwShared balance(Id object, std::uint32_t balance, Out tau) {
+    return ask<LwShared>(lw_robot_balance, object, balance, tau);
   }
-  std::array<LwWrench, 2> squeeze(std::uint32_t object, double force, Span<double> tau) {
-    std::array<LwWrench, 2> out;
-    check(lw_robot_squeeze(get(), object, force, tau.data(), tau.size(), out.data()));
-    return out;
-  }
-  void add_hand_wrenches(std::uint32_t object, const std::array<LwWrench, 2> &wrenches, Span<double> tau) {
-    check(lw_robot_add_hand_wrenches(get(), object, wrenches.data(), tau.data(), tau.size()));
+  Wrenches squeeze(Id object, double force, Out tau) { return ask<Wrenches>(lw_robot_squeeze, object, force, tau); }
+  void add_hand_wrenches(Id object, const Wrenches &wrenches, Out tau) {
+    call(lw_robot_add_hand_wrenches, object, wrenches, tau);
   }
   // The weights are for the first hand, the second hand, and 1 N m relative to 1 N.
-  LwHandWrenches split_hand_wrenches(std::uint32_t object, const std::array<LwWrench, 2> &wrenches,
-                             std::array<double, 3> weights) {
-    LwHandWrenches out;
-    check(lw_robot_split_hand_wrenches(get(), object, wrenches.data(), weights.data(), &out));
-    return out;
+  LwHandWrenches split_hand_wrenches(Id object, const Wrenches &wrenches, std::array<double, 3> weights) {
+    return ask<LwHandWrenches>(lw_robot_split_hand_wrenches, object, wrenches, weights);
   }
-  LwGripped grip(std::uint32_t object, const std::array<LwWrench, 2> &wrenches,
-                 const std::array<LwFriction, 2> &friction) {
-    LwGripped out;
-    check(lw_robot_grip(get(), object, wrenches.data(), friction.data(), &out));
-    return out;
+  LwGripped grip(Id object, const Wrenches &wrenches, const std::array<LwFriction, 2> &friction) {
+    return ask<LwGripped>(lw_robot_grip, object, wrenches, friction);
   }
 
-  void put(std::uint32_t object, const LwPose &at) { check(lw_robot_put(get(), object, &at)); }
+  void put(Id object, const LwPose &at) { call(lw_robot_put, object, at); }
   // Grasps at the object's current pose, or at the given pose in the tip's frame.
-  void grasp(std::uint32_t hand, std::uint32_t object, const std::optional<LwPose> &at = std::nullopt) {
-    check(lw_robot_grasp(get(), hand, object, at ? &*at : nullptr));
+  void grasp(Id hand, Id object, const At &at = std::nullopt) { call(lw_robot_grasp, hand, object, at); }
+  void update_grasp(Id hand, Id object, const LwPose &at) { call(lw_robot_update_grasp, hand, object, at); }
+  void release(Id hand, Id object) { call(lw_robot_release, hand, object); }
+  void ungrasp(Id object) { call(lw_robot_ungrasp, object); }
+  void attach(Id object, Id on, Id body = LW_ITSELF, const At &at = std::nullopt) {
+    call(lw_robot_attach, object, on, body, at);
   }
-  void update_grasp(std::uint32_t hand, std::uint32_t object, const LwPose &at) {
-    check(lw_robot_update_grasp(get(), hand, object, &at));
-  }
-  void release(std::uint32_t hand, std::uint32_t object) { check(lw_robot_release(get(), hand, object)); }
-  void ungrasp(std::uint32_t object) { check(lw_robot_ungrasp(get(), object)); }
-  void attach(std::uint32_t object, std::uint32_t on, std::uint32_t body = LW_ITSELF,
-              const std::optional<LwPose> &at = std::nullopt) {
-    check(lw_robot_attach(get(), object, on, body, at ? &*at : nullptr));
-  }
-  void detach(std::uint32_t object) { check(lw_robot_detach(get(), object)); }
+  void detach(Id object) { call(lw_robot_detach, object); }
 
-  bool collides(Span<const double> q) {
+  bool collides(In q) {
     bool out = false;
-    check(lw_robot_collides(get(), q.data(), q.size(), &out, nullptr));
+    call(lw_robot_collides, q, &out, nullptr);
     return out;
   }
-  std::optional<LwPair> first_hit(Span<const double> q) {
+  std::optional<LwPair> first_hit(In q) {
     bool hit = false;
     LwPair out{};
-    check(lw_robot_collides(get(), q.data(), q.size(), &hit, &out));
+    call(lw_robot_collides, q, &hit, &out);
     return hit ? std::optional(out) : std::nullopt;
   }
-  std::optional<LwClosest> clearance(Span<const double> q, double limit) {
-    LwClosest out;
-    check(lw_robot_clearance(get(), q.data(), q.size(), limit, &out));
-    return out.found ? std::optional(out) : std::nullopt;
-  }
-  std::optional<LwClosest> distance(Span<const double> q, std::uint32_t a, std::uint32_t b) {
-    LwClosest out;
-    check(lw_robot_distance(get(), q.data(), q.size(), a, b, &out));
-    return out.found ? std::optional(out) : std::nullopt;
-  }
+  std::optional<LwClosest> clearance(In q, double limit) { return found(ask<LwClosest>(lw_robot_clearance, q, limit)); }
+  std::optional<LwClosest> distance(In q, Id a, Id b) { return found(ask<LwClosest>(lw_robot_distance, q, a, b)); }
   // Returns all checked pairs within the limit; allocates.
-  std::vector<LwClosest> distances(Span<const double> q, double limit) {
-    return list<LwClosest>([&](LwClosest *p, std::size_t room, std::size_t *count) {
-      return lw_robot_distances(get(), q.data(), q.size(), limit, p, room, count);
-    });
-  }
+  std::vector<LwClosest> distances(In q, double limit) { return list<LwClosest>(lw_robot_distances, q, limit); }
   // Returns all pairs that touch; allocates.
-  std::vector<LwPair> hits(Span<const double> q) {
-    return list<LwPair>([&](LwPair *p, std::size_t room, std::size_t *count) {
-      return lw_robot_hits(get(), q.data(), q.size(), p, room, count);
-    });
+  std::vector<LwPair> hits(In q) { return list<LwPair>(lw_robot_hits, q); }
+  LwPath path_free(In qa, In qb, double least = 1e-3, std::size_t pieces = SIZE_MAX) {
+    detail::require(qa.size() == qb.size(), "`qa` and `qb` differ in length\n  help: give nq numbers each");
+    return ask<LwPath>(lw_robot_path_free, qa.data(), qb, least, pieces);
   }
-  LwPath path_free(Span<const double> qa, Span<const double> qb, double least = 1e-3,
-                   std::size_t pieces = SIZE_MAX) {
-    if (qa.size() != qb.size())
-      throw Error(LW_STATUS_LENGTH, "`qa` and `qb` differ in length\n  help: give nq numbers each");
-    LwPath out;
-    check(lw_robot_path_free(get(), qa.data(), qb.data(), qa.size(), least, pieces, &out));
-    return out;
-  }
-  LwPath path_free_on(std::size_t pieces = SIZE_MAX) {
-    LwPath out;
-    check(lw_robot_path_free_on(get(), pieces, &out));
-    return out;
-  }
+  LwPath path_free_on(std::size_t pieces = SIZE_MAX) { return ask<LwPath>(lw_robot_path_free_on, pieces); }
   // The argument `q` has rows of nq numbers, `out` one value for each row.
-  void collides_all(Span<const double> q, Span<bool> out) {
-    check(lw_robot_collides_all(get(), q.data(), q.size(), out.data(), out.size()));
-  }
-  void set_detail(std::uint32_t detail) { check(lw_robot_set_detail(get(), detail)); }
-  void set_detail_of(std::uint32_t collider, std::uint32_t detail) {
-    check(lw_robot_set_detail_of(get(), collider, detail));
-  }
-  bool looks_at(std::uint32_t a, std::uint32_t b) {
-    bool out = false;
-    check(lw_robot_looks_at(get(), a, b, &out));
-    return out;
-  }
-  LwPose object_body_pose(std::uint32_t object, std::uint32_t body) {
-    LwPose out;
-    check(lw_robot_object_body_pose(get(), object, body, &out));
-    return out;
-  }
+  void collides_all(In q, Span<bool> out) { call(lw_robot_collides_all, q, out); }
+  void set_detail(std::uint32_t detail) { call(lw_robot_set_detail, detail); }
+  void set_detail_of(Id collider, std::uint32_t detail) { call(lw_robot_set_detail_of, collider, detail); }
+  bool looks_at(Id a, Id b) { return ask<bool>(lw_robot_looks_at, a, b); }
+  LwPose object_body_pose(Id object, Id body) { return ask<LwPose>(lw_robot_object_body_pose, object, body); }
   /// Loop of both hands on an object.
-  LwClosure closure(std::uint32_t object) {
-    LwClosure out;
-    check(lw_robot_closure(get(), object, &out));
-    return out;
-  }
+  LwClosure closure(Id object) { return ask<LwClosure>(lw_robot_closure, object); }
   /// Loop of a hand that is welded to a body of an object; `free`: not 0 for joints of the object that may move.
-  LwClosure closure(std::uint32_t hand, std::uint32_t object, std::uint32_t body, Span<const std::uint8_t> free) {
-    LwClosure out;
-    check(lw_robot_closure_onto(get(), hand, object, body, free.data(), free.size(), &out));
-    return out;
+  LwClosure closure(Id hand, Id object, Id body, Span<const std::uint8_t> free) {
+    return ask<LwClosure>(lw_robot_closure_onto, hand, object, body, free);
   }
-  void object_jacobian(std::uint32_t object, std::uint32_t body, Span<double> J) {
-    check(lw_robot_object_jacobian(get(), object, body, J.data(), J.size()));
-  }
-  void mass_matrix_with_object(std::uint32_t object, Span<double> M) {
-    check(lw_robot_mass_matrix_with_object(get(), object, M.data(), M.size()));
-  }
-  void object_q(std::uint32_t object, Span<double> q) {
-    check(lw_robot_object_q(get(), object, q.data(), q.size()));
-  }
-  void set_object_q(std::uint32_t object, Span<const double> q) {
-    check(lw_robot_set_object_q(get(), object, q.data(), q.size()));
-  }
-  void pad(std::uint32_t collider, double padding) { check(lw_robot_pad(get(), collider, padding)); }
-  void pad_all(Span<const std::uint32_t> colliders, double padding) {
-    check(lw_robot_pad_all(get(), colliders.data(), colliders.size(), padding));
-  }
-  void hide(std::uint32_t collider) { check(lw_robot_hide(get(), collider)); }
-  void show(std::uint32_t collider) { check(lw_robot_show(get(), collider)); }
+  void object_jacobian(Id object, Id body, Out J) { call(lw_robot_object_jacobian, object, body, J); }
+  void mass_matrix_with_object(Id object, Out M) { call(lw_robot_mass_matrix_with_object, object, M); }
+  void object_q(Id object, Out q) { call(lw_robot_object_q, object, q); }
+  void set_object_q(Id object, In q) { call(lw_robot_set_object_q, object, q); }
+  void pad(Id collider, double padding) { call(lw_robot_pad, collider, padding); }
+  void pad_all(Span<const std::uint32_t> colliders, double padding) { call(lw_robot_pad_all, colliders, padding); }
+  void hide(Id collider) { call(lw_robot_hide, collider); }
+  void show(Id collider) { call(lw_robot_show, collider); }
   /// x, y, z, radius of each point.
-  void set_points(std::uint32_t cloud, Span<const std::array<double, 4>> points) {
-    check(lw_robot_set_points(get(), cloud, points.empty() ? nullptr : points.front().data(), points.size()));
-  }
-  void set_cells(std::uint32_t map, Span<const std::array<std::uint32_t, 3>> cells) {
-    check(lw_robot_set_cells(get(), map, cells.empty() ? nullptr : cells.front().data(), cells.size()));
-  }
-  void free_cells(std::uint32_t map, Span<const std::array<std::uint32_t, 3>> cells) {
-    check(lw_robot_free_cells(get(), map, cells.empty() ? nullptr : cells.front().data(), cells.size()));
-  }
-  bool cell(std::uint32_t map, std::array<std::uint32_t, 3> cell) {
-    bool out = false;
-    check(lw_robot_cell(get(), map, cell.data(), &out));
-    return out;
-  }
+  void set_points(Id cloud, Span<const std::array<double, 4>> points) { call(lw_robot_set_points, cloud, points); }
+  void set_cells(Id map, Cells cells) { call(lw_robot_set_cells, map, cells); }
+  void free_cells(Id map, Cells cells) { call(lw_robot_free_cells, map, cells); }
+  bool cell(Id map, std::array<std::uint32_t, 3> cell) { return ask<bool>(lw_robot_cell, map, cell); }
   // Returns the number of points of a cloud, or of occupied cells of a map.
-  std::size_t count(std::uint32_t collider) {
-    std::size_t out = 0;
-    check(lw_robot_count(get(), collider, &out));
-    return out;
-  }
-  void clear_cells(std::uint32_t map) { check(lw_robot_clear_cells(get(), map)); }
-  void look_at(std::uint32_t a, std::uint32_t b) { check(lw_robot_look_at(get(), a, b)); }
-  void allow(std::uint32_t a, std::uint32_t b) { check(lw_robot_allow(get(), a, b)); }
-  void by_rule(std::uint32_t a, std::uint32_t b) { check(lw_robot_by_rule(get(), a, b)); }
+  std::size_t count(Id collider) { return ask<std::size_t>(lw_robot_count, collider); }
+  void clear_cells(Id map) { call(lw_robot_clear_cells, map); }
+  void look_at(Id a, Id b) { call(lw_robot_look_at, a, b); }
+  void allow(Id a, Id b) { call(lw_robot_allow, a, b); }
+  void by_rule(Id a, Id b) { call(lw_robot_by_rule, a, b); }
 
-  LwRobot *get() const noexcept { return handle_.get(); }
-  void check(LwStatus status) const { detail::check<LwRobot>(status, get(), lw_robot_message); }
+  using Owner::check;
 
  private:
-  explicit Robot(LwRobot *owned) : handle_(owned) {}
+  explicit Robot(LwRobot *owned) : Owner(owned) {}
 
-  template <class T, class Call>
-  std::vector<T> list(Call &&call) {
+  static LwRobot *make(const Model &model) {
+    LwRobot *out = nullptr;
+    model.check(lw_robot_new(model.get(), &out));
+    return out;
+  }
+
+  static std::optional<LwClosest> found(const LwClosest &out) { return out.found ? std::optional(out) : std::nullopt; }
+
+  template <class T, class Function, class... Arguments>
+  std::vector<T> list(Function function, const Arguments &...arguments) {
     std::vector<T> out;
     std::size_t count = 0;
-    LwStatus status = call(nullptr, 0, &count);
+    LwStatus status = detail::call(function, get(), arguments..., Span<T>(), &count);
     if (status == LW_STATUS_NO_ROOM) {
       out.resize(count);
-      status = call(out.data(), out.size(), &count);
+      status = detail::call(function, get(), arguments..., Span<T>(out), &count);
     }
     check(status);
     return out;
   }
+};
 
-  LwPose pose(LwStatus (*call)(LwRobot *, std::uint32_t, LwPose *), std::uint32_t id) {
-    LwPose out;
-    check(call(get(), id, &out));
+namespace detail {
+
+// Memory for calls with robots of one model, created once, for one thread at a time. Errors are reported by the robot.
+template <class Handle, auto Free>
+class Tool {
+ public:
+  Handle *get() const noexcept { return handle_.get(); }
+
+ protected:
+  template <class Make, class... Arguments>
+  Tool(Robot &robot, Make make, const Arguments &...arguments) {
+    Handle *out = nullptr;
+    robot.check(detail::call(make, robot.get(), arguments..., &out));
+    handle_.reset(out);
+  }
+
+  template <class Function, class... Arguments>
+  void call(Robot &robot, Function function, const Arguments &...arguments) {
+    robot.check(detail::call(function, robot.get(), get(), arguments...));
+  }
+  template <class Result, class Function, class... Arguments>
+  Result ask(Robot &robot, Function function, const Arguments &...arguments) {
+    Result out{};
+    call(robot, function, arguments..., &out);
     return out;
   }
 
-  std::unique_ptr<LwRobot, detail::Freed<lw_robot_free>> handle_;
+ private:
+  std::unique_ptr<Handle, Freed<Free>> handle_;
 };
 
-// Memory for calls with robots of one model, created once, for one thread at a time. Errors are reported by the robot.
+}  // namespace detail
 
 // The operational space of tips: six rows for each tip, angular before linear.
-class TaskSpace {
+class TaskSpace : public detail::Tool<LwTaskSpace, lw_task_space_free> {
  public:
-  TaskSpace(Robot &robot, Span<const std::uint32_t> parts) {
-    LwTaskSpace *out = nullptr;
-    robot.check(lw_task_space_new(robot.get(), parts.data(), parts.size(), &out));
-    handle_.reset(out);
-  }
-  void compliance(Robot &robot, Span<double> out) {
-    robot.check(lw_task_space_compliance(robot.get(), get(), out.data(), out.size()));
-  }
-  void inertia(Robot &robot, Span<double> out) {
-    robot.check(lw_task_space_inertia(robot.get(), get(), out.data(), out.size()));
-  }
+  TaskSpace(Robot &robot, Span<const std::uint32_t> parts) : Tool(robot, lw_task_space_new, parts) {}
+  void compliance(Robot &robot, Span<double> out) { call(robot, lw_task_space_compliance, out); }
+  void inertia(Robot &robot, Span<double> out) { call(robot, lw_task_space_inertia, out); }
   void forces(Robot &robot, Span<const double> v, Span<const double> a, Span<double> tau,
               Span<const double> rest = {}) {
     same(v, tau, rest);
-    robot.check(lw_task_space_forces(robot.get(), get(), v.data(), v.size(), a.data(), a.size(),
-                                     rest.empty() ? nullptr : rest.data(), tau.data()));
+    call(robot, lw_task_space_forces, v, a, rest.empty() ? nullptr : rest.data(), tau.data());
   }
   void impedance(Robot &robot, Span<const double> v, Span<const LwImpedance> springs, Span<double> tau,
                  Span<const double> rest = {}) {
     same(v, tau, rest);
-    robot.check(lw_task_space_impedance(robot.get(), get(), v.data(), v.size(), springs.data(), springs.size(),
-                                        rest.empty() ? nullptr : rest.data(), tau.data()));
+    call(robot, lw_task_space_impedance, v, springs, rest.empty() ? nullptr : rest.data(), tau.data());
   }
-  LwTaskSpace *get() const noexcept { return handle_.get(); }
 
  private:
   static void same(Span<const double> v, Span<double> tau, Span<const double> rest) {
-    if (v.size() != tau.size() || (!rest.empty() && rest.size() != v.size()))
-      throw Error(LW_STATUS_LENGTH, "`v`, `tau` and `rest` differ in length\n  help: give nv numbers each");
+    detail::require(v.size() == tau.size() && (rest.empty() || rest.size() == v.size()),
+                    "`v`, `tau` and `rest` differ in length\n  help: give nv numbers each");
   }
-
-  std::unique_ptr<LwTaskSpace, detail::Freed<lw_task_space_free>> handle_;
 };
 
 // A goal of one of several tips: in the world (or in its base), or relative to the tip of another chain.
@@ -854,249 +762,143 @@ inline LwTipGoal tip_goal(std::uint32_t part, const LwGoal &goal, std::uint32_t 
 }
 
 // Inverse kinematics of several tips at once; objects in two hands stay in both hands.
-class WholeBodyIk {
+class WholeBodyIk : public detail::Tool<LwWholeBodyIk, lw_whole_body_ik_free> {
  public:
-  WholeBodyIk(Robot &robot, std::size_t goals) {
-    LwWholeBodyIk *out = nullptr;
-    robot.check(lw_whole_body_ik_new(robot.get(), goals, &out));
-    handle_.reset(out);
-  }
-  void keep(Robot &robot, std::uint32_t part) { robot.check(lw_whole_body_ik_keep(robot.get(), get(), part)); }
-  void release(Robot &robot, std::uint32_t part) { robot.check(lw_whole_body_ik_release(robot.get(), get(), part)); }
+  WholeBodyIk(Robot &robot, std::size_t goals) : Tool(robot, lw_whole_body_ik_new, goals) {}
+  void keep(Robot &robot, std::uint32_t part) { call(robot, lw_whole_body_ik_keep, part); }
+  void release(Robot &robot, std::uint32_t part) { call(robot, lw_whole_body_ik_release, part); }
   // The `residuals` are m and rad of each goal, or empty.
-  LwAnswer solve(Robot &robot, Span<const LwTipGoal> goals, Span<double> q,
-                 const LwEffort *effort = nullptr, Span<double> residuals = {}) {
-    LwAnswer out;
-    robot.check(lw_whole_body_ik_solve(robot.get(), get(), goals.data(), goals.size(), effort, q.data(), q.size(),
-                                     residuals.data(), residuals.size(), &out));
-    return out;
+  LwAnswer solve(Robot &robot, Span<const LwTipGoal> goals, Span<double> q, const LwEffort *effort = nullptr,
+                 Span<double> residuals = {}) {
+    return ask<LwAnswer>(robot, lw_whole_body_ik_solve, goals, effort, q, residuals);
   }
   LwAnswer resume(Robot &robot, std::size_t kinematics, Span<double> q, Span<double> residuals = {}) {
-    LwAnswer out;
-    robot.check(lw_whole_body_ik_resume(robot.get(), get(), kinematics, q.data(), q.size(), residuals.data(),
-                                     residuals.size(), &out));
-    return out;
+    return ask<LwAnswer>(robot, lw_whole_body_ik_resume, kinematics, q, residuals);
   }
   LwBest best(Robot &robot, Span<const LwTipGoal> goals, const LwPrefer &prefer, Span<double> q,
               const LwEffort *effort = nullptr) {
-    LwBest out;
-    robot.check(lw_whole_body_ik_best(robot.get(), get(), goals.data(), goals.size(), &prefer, effort, q.data(), q.size(),
-                                    &out));
-    return out;
+    return ask<LwBest>(robot, lw_whole_body_ik_best, goals, prefer, effort, q);
   }
   std::size_t worst_case_steps(Robot &robot, Span<const LwTipGoal> goals, const LwEffort *effort = nullptr) {
-    std::size_t out = 0;
-    robot.check(lw_whole_body_ik_worst_case_steps(robot.get(), get(), goals.data(), goals.size(), effort, &out));
-    return out;
+    return ask<std::size_t>(robot, lw_whole_body_ik_worst_case_steps, goals, effort);
   }
-  LwWholeBodyIk *get() const noexcept { return handle_.get(); }
-
- private:
-  std::unique_ptr<LwWholeBodyIk, detail::Freed<lw_whole_body_ik_free>> handle_;
 };
 
 // Rate control for tasks in order of priority, which avoids limits and singular configurations.
-class RateControl {
+class RateControl : public detail::Tool<LwRateControl, lw_rate_control_free> {
  public:
-  RateControl(Robot &robot, std::size_t objectives, std::size_t guards = 0) {
-    LwRateControl *out = nullptr;
-    robot.check(lw_rate_control_new(robot.get(), objectives, guards, &out));
-    handle_.reset(out);
-  }
+  RateControl(Robot &robot, std::size_t objectives, std::size_t guards = 0)
+      : Tool(robot, lw_rate_control_new, objectives, guards) {}
   // The `residuals` have one number for each level, or are empty.
   void solve(Robot &robot, Span<const LwObjective> objectives, double horizon, Span<double> v,
              Span<const LwGuard> guards = {}, Span<double> residuals = {}) {
-    robot.check(lw_rate_control_solve(robot.get(), get(), objectives.data(), objectives.size(), horizon, guards.data(),
-                                      guards.size(), v.data(), v.size(), residuals.data(), residuals.size()));
+    call(robot, lw_rate_control_solve, objectives, horizon, guards, v, residuals);
   }
-  LwRateControl *get() const noexcept { return handle_.get(); }
-
- private:
-  std::unique_ptr<LwRateControl, detail::Freed<lw_rate_control_free>> handle_;
 };
 
 // Whole-body control for tasks in order of priority, with contacts that press and do not slip.
-class WholeBody {
+class WholeBody : public detail::Tool<LwWholeBody, lw_whole_body_free> {
  public:
-  WholeBody(Robot &robot, std::size_t touches, std::size_t objectives) {
-    LwWholeBody *out = nullptr;
-    robot.check(lw_whole_body_new(robot.get(), touches, objectives, &out));
-    handle_.reset(out);
-  }
+  WholeBody(Robot &robot, std::size_t touches, std::size_t objectives)
+      : Tool(robot, lw_whole_body_new, touches, objectives) {}
   // The `forces` have three numbers for each contact point.
-  LwBalanced solve(Robot &robot, Span<const double> v, Span<const double> effort,
-                   Span<const LwTouch> touches, Span<const LwObjective> objectives, Span<double> tau,
-                   Span<double> vdot, Span<double> forces) {
-    if (v.size() != effort.size() || v.size() != tau.size() || v.size() != vdot.size())
-      throw Error(LW_STATUS_LENGTH, "`v`, `effort`, `tau` and `vdot` differ in length\n  help: give nv numbers each");
-    if (forces.size() != 3 * touches.size())
-      throw Error(LW_STATUS_LENGTH, "`forces` does not fit\n  help: give three numbers for each touch");
-    LwBalanced out;
-    robot.check(lw_whole_body_solve(robot.get(), get(), v.data(), effort.data(), v.size(), touches.data(),
-                                    touches.size(), objectives.data(), objectives.size(), tau.data(), vdot.data(),
-                                    forces.data(), &out));
-    return out;
+  LwBalanced solve(Robot &robot, Span<const double> v, Span<const double> effort, Span<const LwTouch> touches,
+                   Span<const LwObjective> objectives, Span<double> tau, Span<double> vdot, Span<double> forces) {
+    detail::require(v.size() == effort.size() && v.size() == tau.size() && v.size() == vdot.size(),
+                    "`v`, `effort`, `tau` and `vdot` differ in length\n  help: give nv numbers each");
+    detail::require(forces.size() == 3 * touches.size(),
+                    "`forces` does not fit\n  help: give three numbers for each touch");
+    return ask<LwBalanced>(robot, lw_whole_body_solve, v.data(), effort, touches, objectives, tau.data(), vdot.data(),
+                           forces.data());
   }
-  LwWholeBody *get() const noexcept { return handle_.get(); }
-
- private:
-  std::unique_ptr<LwWholeBody, detail::Freed<lw_whole_body_free>> handle_;
 };
 
 // State prediction for estimators: state and covariance after a step.
-class Predictor {
+class Predictor : public detail::Tool<LwPredictor, lw_predictor_free> {
  public:
-  explicit Predictor(Robot &robot) {
-    LwPredictor *out = nullptr;
-    robot.check(lw_predictor_new(robot.get(), &out));
-    handle_.reset(out);
+  explicit Predictor(Robot &robot) : Tool(robot, lw_predictor_new) {}
+  void step(Robot &robot, Span<double> q, Span<double> v, Span<double> covariance, Span<const double> tau,
+            Span<const double> density, double step) {
+    const std::size_t nv = v.size();
+    detail::require(nv == tau.size() && nv == density.size() && covariance.size() == 4 * nv * nv,
+                    "`v`, `covariance`, `tau` and `density` do not fit\n  help: give nv, (2 nv)^2, nv and nv numbers");
+    call(robot, lw_predictor_step, q, v, covariance.data(), tau.data(), density.data(), step);
   }
-  void step(Robot &robot, Span<double> q, Span<double> v, Span<double> covariance,
-            Span<const double> tau, Span<const double> density, double step) {
-    if (v.size() != tau.size() || v.size() != density.size() || covariance.size() != 4 * v.size() * v.size())
-      throw Error(LW_STATUS_LENGTH, "`v`, `covariance`, `tau` and `density` do not fit\n  help: give nv, (2 nv)^2, nv and nv numbers");
-    robot.check(lw_predictor_step(robot.get(), get(), q.data(), q.size(), v.data(), v.size(), covariance.data(),
-                                  tau.data(), density.data(), step));
-  }
-  void transition(Robot &robot, Span<double> F) {
-    robot.check(lw_predictor_transition(robot.get(), get(), F.data(), F.size()));
-  }
-  LwPredictor *get() const noexcept { return handle_.get(); }
-
- private:
-  std::unique_ptr<LwPredictor, detail::Freed<lw_predictor_free>> handle_;
+  void transition(Robot &robot, Span<double> F) { call(robot, lw_predictor_transition, F); }
 };
 
 // Path planning for a chain.
-class Planner {
+class Planner : public detail::Tool<LwPlanner, lw_planner_free> {
  public:
-  Planner(Robot &robot, std::uint32_t part, std::size_t configurations) {
-    LwPlanner *out = nullptr;
-    robot.check(lw_planner_new(robot.get(), part, configurations, &out));
-    handle_.reset(out);
-  }
+  Planner(Robot &robot, std::uint32_t part, std::size_t configurations)
+      : Tool(robot, lw_planner_new, part, configurations) {}
   LwPlan plan(Robot &robot, Span<const double> start, Span<const double> goal,
-             const std::optional<LwSearch> &search = std::nullopt, std::size_t places = SIZE_MAX) {
-    if (start.size() != goal.size())
-      throw Error(LW_STATUS_LENGTH, "`start` and `goal` differ in length\n  help: give nq numbers each");
-    LwPlan out;
-    robot.check(lw_planner_plan(robot.get(), get(), start.data(), goal.data(), start.size(),
-                                search ? &*search : nullptr, places, &out));
-    return out;
+              const std::optional<LwSearch> &search = std::nullopt, std::size_t places = SIZE_MAX) {
+    detail::require(start.size() == goal.size(), "`start` and `goal` differ in length\n  help: give nq numbers each");
+    return ask<LwPlan>(robot, lw_planner_plan, start.data(), goal, search, places);
   }
-  LwPlan resume(Robot &robot, std::size_t places = SIZE_MAX) {
-    LwPlan out;
-    robot.check(lw_planner_resume(robot.get(), get(), places, &out));
-    return out;
-  }
+  LwPlan resume(Robot &robot, std::size_t places = SIZE_MAX) { return ask<LwPlan>(robot, lw_planner_resume, places); }
   // The `path` has nq numbers for each configuration.
-  void path(Robot &robot, Span<double> path) {
-    robot.check(lw_planner_path(robot.get(), get(), path.data(), path.size()));
-  }
-  LwPlanner *get() const noexcept { return handle_.get(); }
-
- private:
-  std::unique_ptr<LwPlanner, detail::Freed<lw_planner_free>> handle_;
+  void path(Robot &robot, Span<double> path) { call(robot, lw_planner_path, path); }
 };
 
 // Time parameterization of paths.
-class Timing {
+class Timing : public detail::Tool<LwTiming, lw_timing_free> {
  public:
-  Timing(Robot &robot, std::size_t configurations, std::size_t sections) {
-    LwTiming *out = nullptr;
-    robot.check(lw_timing_new(robot.get(), configurations, sections, &out));
-    handle_.reset(out);
-  }
+  Timing(Robot &robot, std::size_t configurations, std::size_t sections)
+      : Tool(robot, lw_timing_new, configurations, sections) {}
   LwTimed plan(Robot &robot, Span<const double> path, const std::optional<LwMotionLimits> &limits = std::nullopt,
                double round = 0) {
-    LwTimed out;
-    robot.check(
-        lw_timing_plan(robot.get(), get(), path.data(), path.size(), limits ? &*limits : nullptr, round, &out));
-    return out;
+    return ask<LwTimed>(robot, lw_timing_plan, path, limits, round);
   }
   void at(Robot &robot, double time, Span<double> q, Span<double> v, Span<double> vdot) {
-    if (v.size() != vdot.size())
-      throw Error(LW_STATUS_LENGTH, "`v` and `vdot` differ in length\n  help: give nv numbers each");
-    robot.check(lw_timing_at(robot.get(), get(), time, q.data(), q.size(), v.data(), vdot.data(), v.size()));
+    detail::require(v.size() == vdot.size(), "`v` and `vdot` differ in length\n  help: give nv numbers each");
+    call(robot, lw_timing_at, time, q, v.data(), vdot);
   }
-  void place(Robot &robot, double part, Span<double> q) {
-    robot.check(lw_timing_place(robot.get(), get(), part, q.data(), q.size()));
-  }
-  LwPath path_free(Robot &robot, double least = 1e-3) {
-    LwPath out;
-    robot.check(lw_timing_path_free(robot.get(), get(), least, &out));
-    return out;
-  }
-  LwTiming *get() const noexcept { return handle_.get(); }
-
- private:
-  std::unique_ptr<LwTiming, detail::Freed<lw_timing_free>> handle_;
+  void place(Robot &robot, double part, Span<double> q) { call(robot, lw_timing_place, part, q); }
+  LwPath path_free(Robot &robot, double least = 1e-3) { return ask<LwPath>(robot, lw_timing_path_free, least); }
 };
 
 // Jerk-limited motions between any two states.
-class Transfer {
+class Transfer : public detail::Tool<LwTransfer, lw_transfer_free> {
  public:
-  explicit Transfer(Robot &robot) {
-    LwTransfer *out = nullptr;
-    robot.check(lw_transfer_new(robot.get(), &out));
-    handle_.reset(out);
-  }
+  explicit Transfer(Robot &robot) : Tool(robot, lw_transfer_new) {}
   LwTransferred plan(Robot &robot, const LwMotionState &from, const LwMotionState &to, const LwMotionLimits &limits) {
-    LwTransferred out;
-    robot.check(lw_transfer_plan(robot.get(), get(), &from, &to, &limits, &out));
-    return out;
+    return ask<LwTransferred>(robot, lw_transfer_plan, from, to, limits);
   }
   void at(Robot &robot, double time, Span<double> q, Span<double> v, Span<double> vdot) {
-    if (v.size() != vdot.size())
-      throw Error(LW_STATUS_LENGTH, "`v` and `vdot` differ in length\n  help: give nv numbers each");
-    robot.check(lw_transfer_at(robot.get(), get(), time, q.data(), q.size(), v.data(), vdot.data(), v.size()));
+    detail::require(v.size() == vdot.size(), "`v` and `vdot` differ in length\n  help: give nv numbers each");
+    call(robot, lw_transfer_at, time, q, v.data(), vdot);
   }
-  LwTransfer *get() const noexcept { return handle_.get(); }
-
- private:
-  std::unique_ptr<LwTransfer, detail::Freed<lw_transfer_free>> handle_;
 };
 
 // Prioritized least squares: unknowns x with bounds c x <= most, and levels A x = b. A level never degrades the levels before it.
-class Priorities {
+class Priorities : public detail::Owner<LwPriorities, lw_priorities_free, lw_priorities_message> {
  public:
-  Priorities(std::size_t n, std::size_t rows, std::size_t bounds) : n_(n) {
-    LwPriorities *out = nullptr;
-    detail::check<LwPriorities>(lw_priorities_new(n, rows, bounds, &out), nullptr, lw_priorities_message);
-    handle_.reset(out);
-  }
-  void begin() { check(lw_priorities_begin(get())); }
-  void bound(Span<const double> c, double most) {
-    check(lw_priorities_bound(get(), c.data(), c.size(), most));
-  }
+  Priorities(std::size_t n, std::size_t rows, std::size_t bounds)
+      : Owner(detail::ask<LwPriorities *>(lw_priorities_new, n, rows, bounds)), n_(n) {}
+  void begin() { call(lw_priorities_begin); }
+  void bound(Span<const double> c, double most) { call(lw_priorities_bound, c, most); }
   // |A x - b|, and the number of directions of x that remain.
   std::pair<double, std::size_t> level(Span<const double> A, Span<const double> b) {
-    if (A.size() != n_ * b.size())
-      throw Error(LW_STATUS_LENGTH, "`A` and `b` do not fit\n  help: give a row of unknowns for each number of `b`");
+    detail::require(A.size() == n_ * b.size(),
+                    "`A` and `b` do not fit\n  help: give a row of unknowns for each number of `b`");
     std::pair<double, std::size_t> out;
-    check(lw_priorities_level(get(), A.data(), b.data(), b.size(), &out.first, &out.second));
+    call(lw_priorities_level, A.data(), b, &out.first, &out.second);
     return out;
   }
-  void x(Span<double> x) { check(lw_priorities_x(get(), x.data(), x.size())); }
-  LwPriorities *get() const noexcept { return handle_.get(); }
+  void x(Span<double> x) { call(lw_priorities_x, x); }
 
  private:
-  void check(LwStatus status) const { detail::check<LwPriorities>(status, get(), lw_priorities_message); }
-
   std::size_t n_;
-  std::unique_ptr<LwPriorities, detail::Freed<lw_priorities_free>> handle_;
 };
 
 // Moves s to the minimum of s N s / 2 - r s between two limits; returns the number of iterations (sweeps, for more than 64 numbers).
 inline std::size_t bounded(Span<const double> normal, Span<const double> right, double lower, double upper,
                            Span<double> s, std::size_t most = 200, double settled = 1e-12) {
-  if (right.size() != s.size() || normal.size() != s.size() * s.size())
-    throw Error(LW_STATUS_LENGTH, "`normal`, `right` and `s` do not fit\n  help: give n n, n and n numbers");
-  std::size_t sweeps = 0;
-  detail::check<LwRobot>(
-      lw_bounded(normal.data(), right.data(), s.size(), lower, upper, most, settled, s.data(), &sweeps), nullptr,
-      lw_robot_message);
-  return sweeps;
+  detail::require(right.size() == s.size() && normal.size() == s.size() * s.size(),
+                  "`normal`, `right` and `s` do not fit\n  help: give n n, n and n numbers");
+  return detail::ask<std::size_t>(lw_bounded, normal.data(), right, lower, upper, most, settled, s.data());
 }
 
 }  // namespace linkwork

@@ -1,6 +1,8 @@
 //! A robot with two arms, made in Rust and through the C interface; both must give bit-identical results.
 #![allow(dead_code, non_snake_case, clippy::unwrap_used)]
 
+pub mod table;
+
 use linkwork_embedded::formats::{ReadOptions, Root, read_text};
 use linkwork_embedded::multibody::{BodySpec, Hinge};
 use linkwork_embedded::spatial::{Force, MassProperties, Mat3, Motion, Pose, Quat, Vec3};
