@@ -12,6 +12,7 @@ use linkwork_runtime::prelude::*;
 #[derive(Params, Clone, Debug)]
 pub struct FollowerParams {
     /// Waypoints, W, m; visited in turn.
+    #[param(unit = "m")]
     pub waypoints: Vec<[f64; 2]>,
     /// Driving speed.
     #[param(unit = "m/s", range = 1e-4..)]

@@ -60,7 +60,7 @@ pub struct GeneratedParams {
     #[param(default = [0.5, 0.5], needs = "rock_cover")]
     pub rock_burial: [f64; 2],
     /// Discs without rocks and craters: x, y and radius, m.
-    #[param(default = vec![])]
+    #[param(unit = "m", default = vec![])]
     pub clear: Vec<[f64; 3]>,
     /// Moves the height at x = y = 0 to z = 0.
     #[param(default = true)]

@@ -8,6 +8,7 @@ use linkwork_surroundings::prelude::*;
 #[derive(Params, Clone, Debug)]
 pub struct SoilPatch {
     /// Corners x, y in order, m; at least three.
+    #[param(unit = "m")]
     pub outline: Vec<[f64; 2]>,
     /// The soil within.
     pub soil: SoilParams,

@@ -67,6 +67,7 @@ impl Times {
 #[derive(Params, Clone, Debug)]
 pub struct SequenceParams {
     /// Rows (time in s, value), in ascending order of time.
+    #[param(unit = "s, 1")]
     pub rows: Vec<[f64; 2]>,
 }
 

@@ -24,6 +24,7 @@ use std::sync::Arc;
 #[derive(Params, Clone, Debug)]
 pub struct AutoNavParams {
     /// Goals, W, m; visited in turn.
+    #[param(unit = "m")]
     pub goals: Vec<[f64; 2]>,
     /// Distance at which a goal is reached.
     #[param(unit = "m", default = 0.5, range = 1e-3..)]
@@ -71,7 +72,7 @@ pub struct AutoNavParams {
     #[param(unit = "m", default = 3.0, range = 0.0.., needs = "start")]
     pub start_radius: f64,
     /// Keep-out discs [x, y, radius] (m, W).
-    #[param(default = Vec::new())]
+    #[param(unit = "m", default = Vec::new())]
     pub keep_out: Vec<[f64; 3]>,
     /// Keep-in rectangle of the rover's centre: minimum x and y, maximum x and y (m, W). Default: no limit.
     #[param(default = None)]

@@ -26,7 +26,7 @@ pub struct BatteryParams {
     #[param(default = 1.0, range = 0.0..=1.0)]
     pub charge: f64,
     /// Open-circuit voltage against the state of charge: rows of (charge, V), increasing. Default: eight Li-ion cells.
-    #[param(default = vec![[0.0, 24.0], [0.1, 26.4], [0.2, 27.6], [0.4, 28.8], [0.6, 29.8], [0.8, 31.2], [0.9, 32.2], [1.0, 33.2]])]
+    #[param(unit = "1, V", default = vec![[0.0, 24.0], [0.1, 26.4], [0.2, 27.6], [0.4, 28.8], [0.6, 29.8], [0.8, 31.2], [0.9, 32.2], [1.0, 33.2]])]
     pub curve: Vec<[f64; 2]>,
     /// Internal resistance.
     #[param(unit = "ohm", default = 0.05, range = 0.0..)]

@@ -1,5 +1,5 @@
 //! Component library of sensors: encoders, inertial units, attitude, pose and motion of nodes, relative motion, momentum of
-//! bodies, motion of joints, cameras, lidar, radar, star trackers, sun sensors, magnetometers, receivers of satellite
+//! bodies, motion of joints, touch, range finders, cameras, lidar, radar, star trackers, sun sensors, magnetometers, receivers of satellite
 //! navigation, solar clocks, force-torque sensors, current sensors, and a detector of rocks under a rover. The seed of the
 //! run determines the noise.
 //!
@@ -30,6 +30,7 @@ pub mod motion;
 pub mod pose;
 pub mod potentiometer;
 pub mod radar;
+pub mod range_finder;
 pub mod relative_motion;
 pub mod rock_overlap;
 pub mod solar_clock;
@@ -39,6 +40,7 @@ pub mod subtree;
 pub mod sun_sensor;
 #[cfg(test)]
 mod test_ground;
+pub mod touch;
 
 use linkwork_runtime::prelude::Entry;
 
@@ -64,6 +66,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<pose::PoseSensor>(),
         Entry::model::<potentiometer::Potentiometer>(),
         Entry::sized::<radar::Radar>(),
+        Entry::sized::<range_finder::RangeFinder>(),
         Entry::model::<relative_motion::RelativeMotion>(),
         Entry::sized::<rock_overlap::RockOverlap>(),
         Entry::model::<solar_clock::SolarClock>(),
@@ -71,5 +74,6 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<star_tracker::StarTracker>(),
         Entry::sized::<subtree::Subtree>(),
         Entry::model::<sun_sensor::SunSensor>(),
+        Entry::sized::<touch::Touch>(),
     ]
 }

@@ -2,6 +2,7 @@
 use crate::common::*;
 use crate::machine::load;
 use linkwork_assembly::*;
+use linkwork_runtime::{Files, compile};
 
 /// Genesis #3267, MuJoCo #2444: bit masks and exclusions of an MJCF file. In MuJoCo 4.0, only the floor has contacts.
 #[test]
@@ -101,8 +102,7 @@ fn meshes_that_cannot_be_shown_are_warnings_of_an_import() {
 fn warnings_name_the_file_in_which_an_element_is_written() {
     let dir = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| std::fs::write(dir.path().join(name), text).unwrap();
-    let more =
-        "<mujocoinclude>\n<sensor>\n<touch name=\"pad\" site=\"s\"/></sensor></mujocoinclude>";
+    let more = "<mujocoinclude>\n<sensor>\n<magnetometer name=\"pad\" site=\"s\"/></sensor></mujocoinclude>";
     write("more.xml", more);
     let robot = r#"<mujoco><include file="more.xml"/><worldbody><body name="b"><joint/><geom size="0.1" bogus="1"/><site name="s"/></body></worldbody></mujoco>"#;
     write("robot.xml", robot);
@@ -111,7 +111,48 @@ fn warnings_name_the_file_in_which_an_element_is_written() {
     let warnings: Vec<String> = loaded.warnings().iter().map(|w| w.message.clone()).collect();
     let unused = warnings.iter().find(|w| w.contains("that are not used")).unwrap();
     let line = |part: &str| unused.lines().find(|l| l.contains(part)).unwrap().to_owned();
-    assert!(line("touch").contains("sensor/touch[pad] ("), "{unused}");
-    assert!(line("touch").contains("more.xml:3)"), "{unused}");
+    assert!(line("magnetometer").contains("sensor/magnetometer[pad] ("), "{unused}");
+    assert!(line("magnetometer").contains("more.xml:3)"), "{unused}");
     assert!(line("bogus").contains("(line 1)"), "{unused}");
+}
+
+/// An error that the compiler finds in an imported body names the line of its element, in the included file. Each body is a point mass on its hinge.
+#[test]
+fn errors_of_the_compiler_name_the_line_of_an_imported_body() {
+    let dir = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(dir.path().join(name), text).unwrap();
+    write(
+        "robot.xml",
+        r#"<mujoco><worldbody><body name="a"><joint name="j"/><geom size="0.1"/></body></worldbody><include file="more.xml"/></mujoco>"#,
+    );
+    write(
+        "more.xml",
+        "<mujocoinclude><worldbody>\n <!-- ü --> <body name=\"late\"><joint name=\"k\"/><inertial pos=\"0 0 0\" mass=\"1\" diaginertia=\"0 0 0\"/></body></worldbody></mujocoinclude>",
+    );
+    let inertia = r#"ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0""#;
+    write(
+        "robot.urdf",
+        &format!(
+            "<robot name=\"r\">\n<link name=\"base\"/>\n  <link name=\"late\"><inertial><mass value=\"1\"/><inertia {inertia}/></inertial></link>\n<joint name=\"j\" type=\"continuous\"><parent link=\"base\"/><child link=\"late\"/></joint></robot>"
+        ),
+    );
+    write(
+        "robot.sdf",
+        "<sdf version=\"1.9\"><model name=\"m\">\n<link name=\"late\"><inertial><mass>1</mass><inertia><ixx>0</ixx><iyy>0</iyy><izz>0</izz></inertia></inertial></link>\n<joint name=\"j\" type=\"revolute\"><parent>world</parent><child>late</child><axis><xyz>0 0 1</xyz></axis></joint></model></sdf>",
+    );
+    for (file, place) in [
+        ("robot.xml", "more.xml:2:13"),
+        ("robot.urdf", "robot.urdf:3:3"),
+        ("robot.sdf", "robot.sdf:2:1"),
+    ] {
+        let text = format!("Simulation(import: (file: {file:?}), gravity: \"none\")");
+        let loaded = load(dir.path(), "sim.ron", &text).unwrap_or_else(|f| panic!("{f}"));
+        let faults = match compile(&loaded.spec, &catalogue(), &Files::default()) {
+            Err(faults) => faults.0,
+            Ok(_) => panic!("{file}: compiled"),
+        };
+        let error = Failure { faults, sources: loaded.sources.clone() }.show(Look::Plain);
+        assert!(error.contains("`late`: its hinge moves no mass"), "{file}: {error}");
+        assert!(error.contains(place), "{file}: {error}");
+    }
 }

@@ -169,6 +169,10 @@ table!(
         set_uint64 = "SetUInt64": Set3<u64>,
         set_boolean = "SetBoolean": Set3<u8>,
         set_string = "SetString": Set3<*const c_char>,
+        get_clock = "GetClock": unsafe extern "C" fn(Raw, *const u32, usize, *mut u8) -> Status,
+        set_clock = "SetClock": unsafe extern "C" fn(Raw, *const u32, usize, *const bool) -> Status,
+        get_interval = "GetIntervalDecimal":
+            unsafe extern "C" fn(Raw, *const u32, usize, *mut f64, *mut c_int) -> Status,
         get_state = "GetFMUState": unsafe extern "C" fn(Raw, *mut Raw) -> Status,
         set_state = "SetFMUState": unsafe extern "C" fn(Raw, Raw) -> Status,
         free_state = "FreeFMUState": unsafe extern "C" fn(Raw, *mut Raw) -> Status,

@@ -7,7 +7,7 @@
 //! Inputs are held over a step, and outputs are known at its end, so the coupling error is of first order in h. Units of 3.0 with event mode stop at
 //! their own events inside the step and receive discrete inputs in event mode.
 use crate::kind::Kind;
-use crate::part::{Live, Part, describe, get_all};
+use crate::part::{Live, Part, Saved, describe, outputs};
 use crate::start::UnitParams;
 use linkwork_runtime::{
     Block, Description, EvalTime, Failure, Fault, Files, Foreign, Located, Origin, Outcome,
@@ -127,11 +127,14 @@ impl Block for Stepping {
                 instance.set(slot, own)?;
                 u = rest;
             }
+            let began = saved.began.unwrap_or(now.t);
+            let Saved { ticks, outputs: out, .. } = saved;
             if event {
-                instance.handle_event()?;
+                part.clocks.settle(instance, ticks, now.t)?;
+                instance.enter_step()?;
             }
-            instance.step(now.t, h)?;
-            get_all(instance, &part.ports.outputs[0], &mut saved.outputs)
+            part.clocks.step(instance, ticks, (now.t, h), began)?;
+            outputs(instance, part, ticks, out)
         })
     }
     fn save_store(&self) -> Result<Vec<u8>, String> {

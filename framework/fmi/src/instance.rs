@@ -258,10 +258,8 @@ impl Instance {
                 self.check(status, "ExitInitializationMode")?;
             }
         }
+        // Model exchange, and co-simulation with event mode, are then in event mode.
         self.stage = Stage::Initialized;
-        if self.kind == Kind::CoSimulation && has_events(&unit) {
-            return self.handle_event(); // initialization ends in event mode
-        }
         Ok(())
     }
 
@@ -545,6 +543,55 @@ impl Instance {
             return Err(ended(&self.log));
         }
         Ok(found)
+    }
+
+    /// Activates an input clock, in event mode.
+    pub fn activate(&mut self, clock: u32) -> Result<()> {
+        let unit = self.unit.clone();
+        let Functions::V3(f) = &unit.functions else { return Ok(()) };
+        let (set, active) = (there(f.set_clock, "fmi3SetClock")?, true);
+        // SAFETY: one reference and one value.
+        let status = unsafe { set(self.raw, &raw const clock, 1, &raw const active) };
+        self.check(status, "SetClock")
+    }
+
+    /// Returns whether an output clock ticks, in event mode.
+    pub fn ticks(&mut self, clock: u32) -> Result<bool> {
+        let unit = self.unit.clone();
+        let Functions::V3(f) = &unit.functions else { return Ok(false) };
+        let get = there(f.get_clock, "fmi3GetClock")?;
+        let mut active = 0;
+        // SAFETY: one reference, and room for one value.
+        let status = unsafe { get(self.raw, &raw const clock, 1, &raw mut active) };
+        self.check(status, "GetClock")?;
+        Ok(active != 0)
+    }
+
+    /// Returns the time until the next tick of a countdown clock (s), if the unit has changed it since the last call.
+    pub fn countdown(&mut self, clock: u32) -> Result<Option<f64>> {
+        let unit = self.unit.clone();
+        let Functions::V3(f) = &unit.functions else { return Ok(None) };
+        let get = there(f.get_interval, "fmi3GetIntervalDecimal")?;
+        let (mut interval, mut qualifier) = (0.0, 0);
+        // SAFETY: one reference, and room for two answers.
+        let status =
+            unsafe { get(self.raw, &raw const clock, 1, &raw mut interval, &raw mut qualifier) };
+        self.check(status, "GetIntervalDecimal")?;
+        match qualifier {
+            // Not yet known, unchanged.
+            0 | 1 => Ok(None),
+            2 if interval >= 0.0 && interval.is_finite() => Ok(Some(interval)),
+            2 => {
+                let fact = format!("a clock of the unit has the interval {interval} s");
+                Err(failure(fact, "contact the vendor of the unit"))
+            }
+            other => {
+                let fact = format!(
+                    "the interval of a clock of the unit has the qualifier {other}, not 0, 1 or 2"
+                );
+                Err(failure(fact, "contact the vendor of the unit"))
+            }
+        }
     }
 
     /// Reports a completed step of the integrator to the unit. Returns `true` if the unit requests an event.

@@ -14,6 +14,7 @@
 //! | `unit` | description and shared library |
 //! | `log` | messages of a unit |
 //! | `instance` | an instance of a unit: one set of safe operations for both versions |
+//! | `clocks` | ticks of the clocks of FMI 3.0 |
 //! | `ports`, `slot`, `start` | ports and start values from the description |
 //! | `part` | common parts of both kinds of units; the unit's state as bytes |
 //! | `co_simulation`, `model_exchange` | the parts |
@@ -21,6 +22,7 @@
 //! | `provide`, `functions` | an exported unit, and its C functions |
 mod abi;
 mod archive;
+mod clocks;
 mod co_simulation;
 mod export;
 mod functions;

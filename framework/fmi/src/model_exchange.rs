@@ -9,10 +9,11 @@
 //! the unit keeps between events is the part's store.
 //!
 //! The unit is informed of a completed step at each tick of the run and at each event; with an adaptive method, not of each step between two ticks.
-//! Discrete inputs reach the unit at events: a change at the end of a tick, or a difference from the unit's start values, causes an event.
+//! Time-based clocks tick at events, at the times of the unit's clocks. Discrete inputs reach the unit at events: a change at the end of a tick, or a difference from the unit's start values, causes an event.
+use crate::clocks::earlier;
 use crate::instance::{Instance, Result};
 use crate::kind::Kind;
-use crate::part::{Live, Part, Saved, describe, get_all, settle};
+use crate::part::{Live, Part, Saved, describe, get_all, outputs};
 use crate::slot::Slot;
 use crate::start::UnitParams;
 use linkwork_runtime::{
@@ -41,7 +42,7 @@ impl Foreign for ModelExchange {
     fn make(p: UnitParams, written: &Located, cx: &mut ReadCx<'_>) -> Option<Box<dyn Prototype>> {
         let part = Part::make(&p, written, cx, Kind::ModelExchange, MODEL)?;
         let mut start = vec![0.0; part.ports.states.len()];
-        let begun = part.begin(0.0).and_then(|(mut unit, _)| {
+        let begun = part.begin(0.0).and_then(|(mut unit, ..)| {
             unit.states(&mut start)?;
             to_si(&part.ports.states, &mut start);
             Ok(())
@@ -182,12 +183,10 @@ impl Block for Continuous {
     fn outputs(&mut self, now: &EvalTime, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
         let Continuous { live, w, work } = self;
         let x = if work.x.is_empty() { &[][..] } else { &x[w.x..w.x + work.x.len()] };
-        live.get_mut().with(now.t, |unit, _, part| {
+        live.get_mut().with(now.t, |unit, saved, part| {
             // The inputs are not known yet, but these outputs do not depend on them.
             work.place(unit, part, now.t, x)?;
-            let slots = &part.ports.outputs[0];
-            let lanes: usize = slots.iter().map(|s| s.size).sum();
-            get_all(unit, slots, &mut sig[w.ym..w.ym + lanes])
+            outputs(unit, part, &saved.ticks, &mut sig[w.ym..w.ym + part.output_lanes()])
         })
     }
     fn feedthrough(&mut self, now: &EvalTime, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
@@ -271,9 +270,12 @@ impl Block for Continuous {
         let mut next = vec![0.0; n];
         self.at(now, x, sig, |unit, saved, part, u| {
             unit.enter_event()?;
+            let began = saved.began.unwrap_or(now.t);
+            part.clocks.activate(unit, &mut saved.ticks, (now.t, began))?;
             drive(unit, part, u, Which::All)?;
             saved.held.copy_from_slice(u);
-            saved.next_event = settle(unit)?;
+            let own = part.clocks.settle(unit, &mut saved.ticks, now.t)?;
+            saved.next_event = earlier(own, part.clocks.next(&saved.ticks, began));
             unit.enter_continuous()?;
             (saved.asks, saved.completed) = (false, Some(now.t));
             unit.states(&mut next)?;

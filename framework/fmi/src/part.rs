@@ -2,6 +2,7 @@
 //!
 //! The unit's own state is in the instance. A copy of a run (fork, snapshot, checkpoint) contains the instance's state as bytes; the copy creates its
 //! own instance and restores the bytes. A part whose instance failed stays failed until a state is restored.
+use crate::clocks::{Clocks, Ticks, earlier, is_served, possible};
 use crate::instance::{Instance, Result};
 use crate::kind::Kind;
 use crate::ports::{Ports, ports, without_port};
@@ -23,12 +24,10 @@ pub(crate) struct Part {
     pub path: String,
     pub starts: Vec<Start>,
     pub ports: Ports,
+    pub clocks: Clocks,
     pub description: Description,
     pub params: Value,
 }
-
-/// Largest number of passes of one event.
-const PASSES_MAX: usize = 1000;
 
 /// Reads the description without loading the library.
 pub(crate) fn describe(
@@ -40,7 +39,8 @@ pub(crate) fn describe(
     let path = files.find(&p.file).map_err(Refusal::from)?;
     let description = Archive::open(&path, &p.file)?.description()?;
     crate::unit::interface(&description, kind, &p.file)?;
-    Ok(ports(&description, kind, model)?.0)
+    let starts = p.start.permitted(&description);
+    Ok(ports(&description, &starts, kind, model)?.0)
 }
 
 impl Part {
@@ -55,7 +55,8 @@ impl Part {
         let at = written.get("file").unwrap_or(written).origin;
         let loaded = cx.files.resolve(&p.file).map_err(Refusal::from).and_then(|path| {
             let unit = Unit::load(&path, &p.file, kind)?;
-            let (description, ports) = ports(&unit.description, kind, model)?;
+            let starts = p.start.permitted(&unit.description);
+            let (description, ports) = ports(&unit.description, &starts, kind, model)?;
             Ok((unit, description, ports))
         });
         let (unit, description, ports) = match loaded {
@@ -66,10 +67,11 @@ impl Part {
             }
         };
         let starts = find(&p.start, &unit.description, cx)?;
-        warn_of_variables_without_port(p, &unit.description, at, cx);
+        warn_of_variables_without_port(p, (&unit.description, kind), at, cx);
+        let clocks = Clocks::of(&unit.description, kind);
         let params = linkwork_runtime::Params::show_map(p);
         let path = cx.path.clone();
-        Some(Arc::new(Part { unit, kind, path, starts, ports, description, params }))
+        Some(Arc::new(Part { unit, kind, path, starts, ports, clocks, description, params }))
     }
 
     /// Returns whether its state can be saved.
@@ -77,21 +79,33 @@ impl Part {
         savable(self.unit.description.version, &self.unit.interface)
     }
 
-    /// Returns an initialized instance at time `t` (s), and the time of its first event (model exchange: the instance is then in continuous-time
-    /// mode).
-    pub fn begin(&self, t: f64) -> Result<(Instance, Option<f64>)> {
+    /// Returns an initialized instance at time `t` (s), in continuous-time mode or in step mode, the time of its first event (model exchange), and
+    /// its clocks. Clocks that tick at the start do so at once in co-simulation; in model exchange the tick is an event of the run, with the inputs.
+    pub fn begin(&self, t: f64) -> Result<(Instance, Option<f64>, Ticks)> {
         let mut instance = Instance::new(&self.unit, self.kind, &self.path)?;
         apply(&mut instance, &self.starts)?;
         instance.initialize(t, self.unit.description.tolerance)?;
+        let mut ticks = self.clocks.start();
         let next = match self.kind {
+            Kind::CoSimulation if instance.steps_with_events() => {
+                self.clocks.activate(&mut instance, &mut ticks, (t, t))?;
+                self.clocks.settle(&mut instance, &mut ticks, t)?;
+                instance.enter_step()?;
+                None
+            }
             Kind::CoSimulation => None,
             Kind::ModelExchange => {
-                let next = settle(&mut instance)?;
+                let next = self.clocks.settle(&mut instance, &mut ticks, t)?;
                 instance.enter_continuous()?;
-                next
+                earlier(next, self.clocks.next(&ticks, t))
             }
         };
-        Ok((instance, next))
+        Ok((instance, next, ticks))
+    }
+
+    /// Returns the number of values of all outputs from state, the counts of the clocks last.
+    pub fn output_lanes(&self) -> usize {
+        self.ports.outputs[0].iter().map(|s| s.size).sum::<usize>() + self.clocks.outputs()
     }
 }
 
@@ -110,12 +124,13 @@ fn first_of(list: &[&FmiVariable], word: impl Fn(&&FmiVariable) -> String) -> St
 /// Warns of inputs and outputs that have no port, except inputs whose value is in `start`.
 fn warn_of_variables_without_port(
     p: &UnitParams,
-    d: &ModelDescription,
+    (d, kind): (&ModelDescription, Kind),
     at: Origin,
     cx: &mut ReadCx<'_>,
 ) {
+    let ticks = possible(d, kind);
     let (clocks, left): (Vec<_>, Vec<_>) = without_port(d)
-        .filter(|v| !p.start.sets(&v.name))
+        .filter(|v| !p.start.sets(&v.name) && !(ticks && is_served(v)))
         .partition(|v| v.kind == VariableKind::Clock);
     if !clocks.is_empty() {
         let clock = |v: &&FmiVariable| match v.causality {
@@ -128,7 +143,14 @@ fn warn_of_variables_without_port(
             p.file,
             first_of(&clocks, clock)
         );
-        let help = "equations of input clocks never run; export the unit with time events, or with a periodic clock inside";
+        let help = match ticks {
+            true => {
+                "equations of these input clocks never run; export the unit with periodic clocks, countdown clocks or time events"
+            }
+            false => {
+                "clocks of co-simulation need event mode, which the unit does not have: equations of input clocks never run; export the unit with event mode or with time events, or use `fmi.model_exchange`"
+            }
+        };
         cx.warn(at, fact, Some(help.into()));
     }
     if left.is_empty() {
@@ -149,20 +171,6 @@ fn warn_of_variables_without_port(
     cx.warn(at, fact, Some(help.into()));
 }
 
-/// Makes the passes of an event; returns the time of the next one.
-pub(crate) fn settle(instance: &mut Instance) -> Result<Option<f64>> {
-    for _ in 0..PASSES_MAX {
-        let pass = instance.discrete_states()?;
-        if !pass.needed {
-            return Ok(pass.next);
-        }
-    }
-    Err(Box::new(Failure {
-        message: format!("an event of the unit has not ended after {PASSES_MAX} passes"),
-        help: Some("the unit requests another pass each time: contact its vendor".into()),
-    }))
-}
-
 /// Reads variables one after another.
 pub(crate) fn get_all(instance: &mut Instance, slots: &[Slot], mut out: &mut [f64]) -> Result<()> {
     for slot in slots {
@@ -170,6 +178,19 @@ pub(crate) fn get_all(instance: &mut Instance, slots: &[Slot], mut out: &mut [f6
         instance.get(slot, own)?;
         out = rest;
     }
+    Ok(())
+}
+
+/// Reads the outputs from state, and the counts of the output clocks.
+pub(crate) fn outputs(
+    instance: &mut Instance,
+    part: &Part,
+    ticks: &Ticks,
+    out: &mut [f64],
+) -> Result<()> {
+    let (own, counts) = out.split_at_mut(out.len() - ticks.counts.len());
+    get_all(instance, &part.ports.outputs[0], own)?;
+    counts.copy_from_slice(&ticks.counts);
     Ok(())
 }
 
@@ -188,6 +209,9 @@ pub(crate) struct Saved {
     pub completed: Option<f64>,
     /// Inputs at the unit's last event.
     pub held: Vec<f64>,
+    /// The clocks.
+    #[serde(default)]
+    pub ticks: Ticks,
     /// The unit's own state.
     pub state: Vec<u8>,
 }
@@ -234,13 +258,13 @@ impl Live {
     fn ready(&mut self, t: f64) -> Result<()> {
         if self.instance.is_none() {
             let began = self.now.began.unwrap_or(t);
-            let (mut instance, next) = self.part.begin(began)?;
+            let (mut instance, next, ticks) = self.part.begin(began)?;
             if self.now.began.is_none() {
-                let ports = &self.part.ports;
                 self.now.next_event = next;
-                self.now.outputs = vec![0.0; ports.outputs[0].iter().map(|s| s.size).sum()];
+                self.now.ticks = ticks;
+                self.now.outputs = vec![0.0; self.part.output_lanes()];
                 if self.part.kind == Kind::CoSimulation {
-                    get_all(&mut instance, &ports.outputs[0], &mut self.now.outputs)?;
+                    outputs(&mut instance, &self.part, &self.now.ticks, &mut self.now.outputs)?;
                 }
                 self.now.held = held(&self.part.description);
             }
@@ -295,9 +319,9 @@ impl Live {
     pub fn load(&mut self, bytes: &[u8]) -> std::result::Result<(), String> {
         self.part.can_save()?;
         let saved: Saved = rmp_serde::from_slice(bytes).map_err(|e| e.to_string())?;
-        let sizes = |s: &[Slot]| s.iter().map(|s| s.size).sum::<usize>();
         let fits = saved.began.is_none()
-            || (saved.outputs.len() == sizes(&self.part.ports.outputs[0])
+            || (saved.outputs.len() == self.part.output_lanes()
+                && saved.ticks.counts.len() == self.part.clocks.outputs()
                 && saved.held.len() == self.part.ports.input_lanes());
         if !fits {
             return Err("its ports differ from the ports of this unit".into());

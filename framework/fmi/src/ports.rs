@@ -3,8 +3,10 @@
 //! A variable `spring.x[2]` is the port `spring_x_2`: characters other than letters, digits and `_` become `_`. Numbers are converted to SI; a
 //! variable without a unit is compatible with any unit (`*`). Inputs and outputs that are texts, binaries or clocks have no port, which is a warning.
 use crate::Refusal;
+use crate::clocks::{is_served, possible};
 use crate::kind::Kind;
 use crate::slot::Slot;
+use crate::start::Start;
 use linkwork_formats::fmi::{
     Causality, FmiVariable, ModelDescription, VALUES_MAX, Variability, VariableKind,
 };
@@ -74,8 +76,23 @@ fn port(v: &FmiVariable) -> PortSpec {
     PortSpec::named(port_name(&v.name), kind, v.size).unit_of(unit).doc_of(doc)
 }
 
-/// Returns an input. Its default is the unit's own start value.
-fn input(v: &FmiVariable) -> PortSpec {
+/// Returns the number of ticks of an output clock as an output.
+fn count(v: &FmiVariable) -> PortSpec {
+    let doc = format!("Number of ticks of the clock `{}` since the start. {}", v.name, v.doc);
+    PortSpec::named(port_name(&v.name), PortKind::Numbers, 1)
+        .unit_of("1")
+        .doc_of(doc.trim_end().to_owned())
+}
+
+/// Returns an input. Its default is the start value that the part sets, otherwise the unit's own.
+fn input(v: &FmiVariable, starts: &[Start]) -> PortSpec {
+    let set = starts.iter().find_map(|start| match start {
+        Start::Numbers(slot, values) if slot.name == v.name => Some(values.clone()),
+        _ => None,
+    });
+    if set.is_some() {
+        return PortSpec { default: set, ..port(v) };
+    }
     let slot = Slot::of(v);
     let value = |text: Option<&String>| -> f64 {
         let number = match text.map(String::as_str) {
@@ -90,9 +107,10 @@ fn input(v: &FmiVariable) -> PortSpec {
     PortSpec { default: Some(all), ..port(v) }
 }
 
-/// Returns the description for the catalogue, and the slots of its ports.
+/// Returns the description for the catalogue, and the slots of its ports; `starts` are the start values that the part sets.
 pub(crate) fn ports(
     d: &ModelDescription,
+    starts: &[Start],
     kind: Kind,
     (model, doc): (&'static str, &'static str),
 ) -> Result<(Description, Ports), Refusal> {
@@ -132,7 +150,15 @@ pub(crate) fn ports(
         inputs.iter().copied().partition(|v| direct.contains(&*v.name));
     let (from_state, through): (Vec<&FmiVariable>, Vec<&FmiVariable>) =
         (from_state.into_iter().map(|o| o.1).collect(), through.into_iter().map(|o| o.1).collect());
-    distinct(u.iter().chain(&ud).chain(&from_state).chain(&through))?;
+    let counted: Vec<&FmiVariable> = match possible(d, kind) {
+        true => d
+            .variables
+            .iter()
+            .filter(|v| v.causality == Causality::Output && is_served(v))
+            .collect(),
+        false => Vec::new(),
+    };
+    distinct(u.iter().chain(&ud).chain(&from_state).chain(&through).chain(&counted))?;
     let lanes: usize = u.iter().chain(&ud).chain(&from_state).chain(&through).map(|v| v.size).sum();
     if lanes > VALUES_MAX {
         return Err(Refusal::new(format!(
@@ -146,8 +172,9 @@ pub(crate) fn ports(
     let scale = |v: &&FmiVariable| vec![(Slot::of(v).factor, Slot::of(v).offset); v.size];
     let scales: Vec<(f64, f64)> = states.iter().flat_map(scale).collect();
     let nz = if me { d.event_indicators } else { 0 };
-    let specs = |list: &[&FmiVariable], make: fn(&FmiVariable) -> PortSpec| -> Vec<PortSpec> {
-        list.iter().map(|v| make(v)).collect()
+    let specs = |list: &[&FmiVariable]| -> Vec<PortSpec> { list.iter().map(|v| port(v)).collect() };
+    let entries = |list: &[&FmiVariable]| -> Vec<PortSpec> {
+        list.iter().map(|v| input(v, starts)).collect()
     };
     let guard = |name: &'static str, lanes, direction, doc: &'static str| {
         PortSpec::named(name, PortKind::Numbers, lanes).unit_of("*").doc_of(doc).when(direction)
@@ -172,7 +199,7 @@ pub(crate) fn ports(
             own => format!("{doc} This one: {}, {own}", d.name).into(),
         },
         functions: Functions {
-            outputs: !from_state.is_empty(),
+            outputs: !from_state.is_empty() || !counted.is_empty(),
             feedthrough: !through.is_empty(),
             derivatives: !scales.is_empty(),
             update: !me,
@@ -182,11 +209,11 @@ pub(crate) fn ports(
             ..Functions::default()
         },
         params: <crate::UnitParams as linkwork_runtime::Params>::specs(),
-        inputs: specs(&u, input),
-        feedthrough_inputs: specs(&ud, input),
-        outputs: specs(&from_state, port),
-        feedthrough_outputs: specs(&through, port),
-        continuous: specs(&states, port),
+        inputs: entries(&u),
+        feedthrough_inputs: entries(&ud),
+        outputs: specs(&from_state).into_iter().chain(counted.iter().map(|v| count(v))).collect(),
+        feedthrough_outputs: specs(&through),
+        continuous: specs(&states),
         guards,
         ..Description::default()
     };

@@ -31,6 +31,11 @@ impl Starts {
     pub(crate) fn sets(&self, name: &str) -> bool {
         self.0.iter().any(|(written, _)| written == name)
     }
+
+    /// Returns the values that the description permits. [`find`] reports the others.
+    pub(crate) fn permitted(&self, description: &ModelDescription) -> Vec<Start> {
+        self.0.iter().filter_map(|(name, v)| one(name, &v.value, description).ok()).collect()
+    }
 }
 
 impl Param for Starts {

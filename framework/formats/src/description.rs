@@ -6,6 +6,7 @@
 //! ```
 
 use crate::device::Device;
+use crate::error::FilePlace;
 use linkwork_multibody::{Builder, Coupling, HingeCoordinate, LoopClosure, Multibody};
 use linkwork_spatial::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
@@ -43,6 +44,28 @@ pub struct Description {
     pub ignored: Vec<Ignored>,
     /// Unphysical mass properties that were accepted ([`Unphysical::Read`](crate::Unphysical::Read)).
     pub doubtful: Vec<Ignored>,
+    /// Positions of the bodies in the files, for messages.
+    #[serde(default)]
+    pub places: Places,
+}
+
+/// Position of each body by its name: the file, which may be included by another one, and the line of its element. Descriptions are equal whatever
+/// their positions are.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Places(pub BTreeMap<String, FilePlace>);
+
+impl PartialEq for Places {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Description {
+    /// Notes that the bodies of the builder from the `from`-th on are written at a place.
+    pub(crate) fn written_at(&mut self, from: usize, place: &FilePlace) {
+        let new = self.builder.bodies().iter().skip(from).map(|b| (b.name.clone(), place.clone()));
+        self.places.0.extend(new);
+    }
 }
 
 /// Treatment of a mesh file as a collision shape.

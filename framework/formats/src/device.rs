@@ -6,6 +6,7 @@
 //! tendon                     f = −k (l − r) − d l̇, and soft limits
 //! ```
 
+use crate::Geometry;
 use linkwork_multibody::{HingeCoordinate, Term};
 use linkwork_spatial::Pose;
 use serde::{Deserialize, Serialize};
@@ -145,6 +146,22 @@ pub enum Sensor {
     },
     /// Mass, centre of mass, velocity and angular momentum of several bodies.
     Bodies(Vec<String>),
+    /// Sum of the normal forces of the contacts of a body in a zone.
+    Touch {
+        /// The body.
+        body: String,
+        /// The frame of the zone on the body.
+        frame: DeviceFrame,
+        /// The zone, about the origin of the frame: a sphere, ellipsoid, box, cylinder or capsule.
+        zone: Geometry,
+    },
+    /// Distance to the first surface along the z axis of a frame, except the surfaces of a body.
+    Range {
+        /// The body of the frame, which the ray passes through; `None`: the world.
+        body: Option<String>,
+        /// The frame.
+        frame: DeviceFrame,
+    },
     /// An output of another device.
     Of {
         /// The device.

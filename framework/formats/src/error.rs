@@ -2,10 +2,11 @@
 
 use linkwork_multibody::MechanismFault;
 use linkwork_spatial::InertiaError;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// A position in a file.
-#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct FilePlace {
     /// Name of the file; `<text>` for a text without a file.
     pub file: String,

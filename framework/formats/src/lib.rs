@@ -63,7 +63,7 @@ mod xml;
 
 pub use description::{
     BodyShape, CollisionClasses, CollisionMeshes, Description, Filter, Geometry, Ignored, Initial,
-    Joint, ShapeRole, Surface, Wheel, WheelRole,
+    Joint, Places, ShapeRole, Surface, Wheel, WheelRole,
 };
 pub use device::{Activation, Actuator, Device, DeviceFrame, DeviceKind, Length, Sensor, Tendon};
 pub use error::{FaultKind, FileFault, FilePlace, FormatError};

@@ -194,6 +194,7 @@ impl<'e> Urdf<'e> {
                 self.world(cx, e, mass);
                 continue;
             }
+            let from = d.builder.bodies().len();
             let spec = match self.movers.get(name) {
                 Some(m) => mover(cx, name, m, d),
                 None => {
@@ -201,6 +202,7 @@ impl<'e> Urdf<'e> {
                 }
             };
             d.builder.body(spec.mass(mass));
+            d.written_at(from, &e.place());
         }
     }
 

@@ -133,21 +133,22 @@ fn damping_ratios_and_inherited_ranges_are_those_of_mujoco() {
 fn devices_that_are_not_read_are_named() {
     let text = r#"<mujoco><worldbody><site name="fixed"/><body name="a"><joint name="p"/><geom size="1"/><site name="s"/></body>
         <body name="b"><joint name="ball" type="ball"/><geom size="1"/></body></worldbody>
-        <tendon><spatial name="line"><site site="s"/><pulley divisor="2"/><site site="fixed"/></spatial></tendon>
+        <tendon><spatial name="line" stiffness="5" range="0 1"><site site="s"/><pulley divisor="2"/><site site="fixed"/></spatial></tendon>
         <actuator><muscle name="i" joint="p"/><motor name="pull" tendon="line"/><motor name="turn" joint="ball" gear="1 0 0"/><general name="jet" body="a"/>
         <general name="slow" joint="p" dyntype="muscle"/></actuator>
-        <sensor><actuatorfrc name="f" actuator="pull"/><touch name="t" site="s"/><gyro name="g" site="s"/><gyro name="h" site="fixed"/><framequat objtype="body" objname="a"/><force site="fixed"/></sensor></mujoco>"#;
+        <sensor><actuatorfrc name="f" actuator="pull"/><touch name="t" site="fixed"/><gyro name="g" site="s"/><gyro name="h" site="fixed"/><framequat objtype="body" objname="a"/><force site="fixed"/></sensor></mujoco>"#;
     let d = read(text);
     let listed: Vec<String> = d.ignored.iter().map(ToString::to_string).collect();
     for part in [
         "muscle",
-        "a spatial tendon with a <pulley>",
+        "a spatial tendon with a <pulley> is not supported, because tendons are straight from site to site, so its spring and its limit have no force",
         "its tendon `line` is not supported",
         "it acts on a ball or free joint",
         "an actuator on a body",
         "`dyntype`",
         "a sensor of the actuator `pull`, which is not supported",
-        "touch",
+        "element <muscle>: it exerts no force",
+        "a touch sensor at a site of the world",
         "site of the world, which has no hinge",
         "the principal axes of a body are not supported",
     ] {

@@ -341,15 +341,17 @@ fn a_chain_of_hundreds_of_bodies_is_read() {
 fn other_sensors_and_adhesion_are_listed_by_name() {
     let text = format!(
         "{HEAD}<body name=\"b\"><joint/><geom size=\"1\"/><site name=\"s\"/></body></worldbody>{}</mujoco>",
-        r#"<sensor><touch name="pad" site="s"/><rangefinder name="ray" site="s"/><insidesite name="in" objtype="site" objname="s"/></sensor>
+        r#"<sensor><touch name="pad" site="s"/><magnetometer name="compass" site="s"/><rangefinder name="ray" camera="s"/><insidesite name="in" objtype="site" objname="s"/></sensor>
 <actuator><adhesion name="glue" body="b" ctrlrange="0 1"/></actuator>"#
     );
     let d = read_mjcf(&text, &ReadOptions::default()).unwrap();
     let listed: Vec<String> = d.ignored.iter().map(ToString::to_string).collect();
+    // The touch sensor is read.
     assert_eq!(listed.len(), 4, "{listed:#?}");
+    assert_eq!(d.devices.len(), 1);
     for (name, line, remedy) in [
-        ("touch[pad]", 2, "`sensors.contact_switch`"),
-        ("rangefinder[ray]", 2, "`sensors.radar`"),
+        ("magnetometer[compass]", 2, "`sensors.magnetometer`"),
+        ("sensor `ray`", 2, "`sensors.lidar`"),
         ("insidesite[in]", 2, "`framepos`"),
         ("adhesion[glue]", 3, "no model pulls a body"),
     ] {

@@ -306,6 +306,7 @@ impl MechanismBlock {
         touch::put_pairs(&self.plan.pairs, loads.clone(), origin, pairs);
         touch::put(&self.plan.touched, loads, origin, &mut self.weights, &mut sig[at + 2..end]);
         self.put_touches(sig);
+        self.put_zones(None, sig);
     }
 
     /// Writes the errors and forces of constraints.
@@ -416,7 +417,10 @@ impl Block for MechanismBlock {
             self.put_constraints(q, sig);
         }
         // Parts that read the contacts of a body read them at every stage.
-        if now.evaluation == Evaluation::Tick || !self.plan.ports.contacts.is_empty() {
+        let ports = &self.plan.ports;
+        if now.evaluation == Evaluation::Tick
+            || !(ports.contacts.is_empty() && ports.zones.is_empty())
+        {
             self.put_contact(sig);
         }
         Ok(())
@@ -564,6 +568,7 @@ impl Block for MechanismBlock {
             touch::put(&self.plan.touched, loads, origin, &mut self.weights, lanes);
         }
         self.put_touches(sig);
+        self.put_zones(Some(h), sig);
         self.put_accelerations(sig);
         self.put_vehicles(sig);
         self.put_loads(Some(h), sig);

@@ -235,12 +235,11 @@ impl MechanismSpec {
         all
     }
 
-    /// Reports parts that read the touch port of a body that cannot touch anything.
+    /// Reports parts that read the touch port of a body that cannot touch anything. A zone is a warning, because a file of a robot may contain touch
+    /// sensors that a simulation without contact does not need.
     fn touches(&self, bound: &[Bound<'_>], out: &mut Lowering<'_>) {
         let touched = self.touched();
-        for b in
-            bound.iter().filter(|b| b.ports.iter().any(|(p, _)| p.kind == PortKind::ContactLoad))
-        {
+        for b in bound.iter().filter(|b| b.ports.iter().any(|(p, _)| reads_contact(p.kind))) {
             let Some(body) = crate::ports::body_of(&self.multibody, &b.spec.target) else {
                 continue;
             };
@@ -249,7 +248,12 @@ impl MechanismSpec {
                 let name = self.multibody.get(body).name();
                 let fact = format!("`{part}`: binding `{bind}`: `{name}` cannot touch anything");
                 let help = "give it a shape with `collide: true`, and write `contact` in the simulation; or list it in `wheels` of `place`, for a machine without inertia";
-                out.faults.push(Fault::new(b.spec.origin, fact).help(help));
+                if b.ports.iter().any(|(p, _)| p.kind == PortKind::ContactNormal) {
+                    let fact = format!("{fact}, so the reading is always 0");
+                    out.warnings.push(Fault::new(b.spec.origin, fact).help(help));
+                } else {
+                    out.faults.push(Fault::new(b.spec.origin, fact).help(help));
+                }
             }
         }
     }
@@ -427,4 +431,9 @@ impl MechanismSpec {
             }
         }
     }
+}
+
+/// Returns whether a port reads the contacts of a body.
+fn reads_contact(kind: PortKind) -> bool {
+    matches!(kind, PortKind::ContactLoad | PortKind::ContactNormal)
 }

@@ -253,7 +253,7 @@ impl MechanismBlock {
         let [_, reports, .., accels] = self.output_lanes();
         let ports = &plan.ports;
         let frames = ports.accels.len() + ports.contacts.len() + ports.loads.len();
-        let lanes = 6 * frames + VehicleMass::N * ports.vehicles.len();
+        let lanes = 6 * frames + VehicleMass::N * ports.vehicles.len() + ports.zones.len();
         let rest = reports - self.w.yd..accels - self.w.yd + lanes;
         rest.for_each(|j| out.column(outputs + j).fill(0.0));
     }

@@ -46,6 +46,7 @@ mod spec;
 mod start;
 mod touch;
 mod vehicles;
+mod zone;
 
 pub use extension::{PlanExt, ProgramExt, SpecExt};
 pub use frame::Frame;

@@ -1,5 +1,6 @@
 //! The ports of a mechanism: only those that bindings request.
 use crate::frame::Frame;
+use crate::zone::Zone;
 use linkwork_multibody::{BodyId, Coordinate, Multibody, Subhinge, SubhingeKind};
 use linkwork_runtime::{
     BindTarget, Bound, Description, Fault, HostWire, Lane, Lowering, PortKind, PortSpec, Traction,
@@ -44,6 +45,8 @@ pub struct MechanismPorts {
     pub loop_motions: Vec<u32>,
     /// Wheels whose traction is known (11 lanes each).
     pub tractions: Vec<BodyId>,
+    /// Zones of bodies in which normal forces are summed (1 lane each).
+    pub zones: Vec<Zone>,
 }
 
 /// A binding target, found.
@@ -218,6 +221,10 @@ impl MechanismPorts {
                 let body = f.body(mb);
                 add(known, &mut self.contacts, body, format!("contact:body:{}", body.index()))
             }
+            (PortKind::ContactNormal, Target::Node(f)) => {
+                let (zone, name) = Zone::of(port, *f).ok_or("node with a zone")?;
+                add(known, &mut self.zones, zone, name)
+            }
             (PortKind::HingeLoad, Target::Node(f)) => {
                 let body = f.body(mb);
                 add(known, &mut self.loads, body, format!("load:body:{}", body.index()))
@@ -268,6 +275,7 @@ impl MechanismPorts {
                 | PortKind::BodyMass
                 | PortKind::Traction
                 | PortKind::ContactLoad
+                | PortKind::ContactNormal
                 | PortKind::SurfaceVelocity
                 | PortKind::HingeLoad
                 | PortKind::VehicleMass,
@@ -324,6 +332,8 @@ impl MechanismPorts {
         d.feedthrough_outputs.extend(self.loads.iter().map(load));
         let vehicle = |f: &Frame| port("vehicle", *f, PortKind::VehicleMass, VehicleMass::N);
         d.feedthrough_outputs.extend(self.vehicles.iter().map(vehicle));
+        let zone = |z: &Zone| PortSpec::named(z.name.clone(), PortKind::ContactNormal, 1);
+        d.feedthrough_outputs.extend(self.zones.iter().map(zone));
     }
 }
 

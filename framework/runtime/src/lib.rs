@@ -31,8 +31,8 @@ pub use author::overlay::{
 };
 pub use author::params::{NoParams, Param, ParamSpec, Params, ParamsBuilder, Range, ReadCx};
 pub use author::ports::{
-    AddedMass, BallState, BallTorque, BodyMass, ContactLoad, Direction, HingeAccel, HingeLoad,
-    HingeState, HingeTorque, Lane, Lanes, NodeAccel, NodeState, PortKind, PortSpec,
+    AddedMass, BallState, BallTorque, BodyMass, ContactLoad, ContactZone, Direction, HingeAccel,
+    HingeLoad, HingeState, HingeTorque, Lane, Lanes, NodeAccel, NodeState, PortKind, PortSpec,
     SurfaceVelocity, Text, Traction, VehicleMass, Wrench,
 };
 pub use author::provider::Service;

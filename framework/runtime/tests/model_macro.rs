@@ -135,6 +135,9 @@ struct TableParams {
     /// Rows.
     #[param(default = vec![])]
     rows: Vec<[f64; 2]>,
+    /// Rows of different quantities.
+    #[param(unit = "s, N", default = vec![])]
+    curve: Vec<[f64; 2]>,
     /// Words.
     #[param(default = vec![])]
     words: Vec<String>,
@@ -174,6 +177,32 @@ fn lists_may_be_columns_of_a_file() {
             [1500.0],
             "{other}"
         );
+    }
+    // Rows of different quantities: each column is converted from the unit of its heading.
+    let pair = || columns(vec![text("time"), text("thrust")]);
+    let converted = read(
+        "time [ms], thrust [kN]\n10, 2\n500, 3.5\n",
+        vec![("curve", pair()), ("heights", Value::List(vec![]))],
+    );
+    assert_eq!(converted.unwrap().curve, [[0.01, 2000.0], [0.5, 3500.0]]);
+    let lines = |rows: &[[&str; 2]]| {
+        let row = |r: &[&str; 2]| Value::List(r.iter().map(|t| text(t).into()).collect()).into();
+        Value::List(rows.iter().map(row).collect())
+    };
+    let given = vec![("curve", lines(&[["10 ms", "2 kN"]])), ("heights", Value::List(vec![]))];
+    assert_eq!(read(good, given).unwrap().curve, [[0.01, 2000.0]]);
+    for (content, which, wanted) in [
+        (
+            "time [N], thrust [s]\n1, 2\n",
+            "curve",
+            "t.csv:2: `part.curve`: `1.0 N` is in N, but s is expected",
+        ),
+        ("time [s], thrust [s]\n1, 2\n", "curve", "`2.0 s` is in s, but N is expected"),
+        ("time [s], thrust [N]\n1, 2\n", "rows", "the heading of the column has the unit"),
+    ] {
+        let told = read(content, vec![(which, pair()), ("heights", Value::List(vec![]))]);
+        let told = told.unwrap_err();
+        assert!(told.contains(wanted), "{content:?}: {told}");
     }
     // A single column needs no name.
     let only = map(vec![("file", text("t.csv"))]).value;

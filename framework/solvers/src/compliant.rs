@@ -167,6 +167,21 @@ pub struct PairLoad {
     pub surface_power: f64,
 }
 
+/// Normal force at one contact point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NormalLoad {
+    /// Body of the first collider; `None` is the world.
+    pub body_a: Option<BodyId>,
+    /// Body of the second collider, which the force pushes along `normal`.
+    pub body_b: Option<BodyId>,
+    /// The point, world, m.
+    pub point: Vec3,
+    /// Unit normal from a to b, world.
+    pub normal: Vec3,
+    /// The force, N; not negative.
+    pub force: f64,
+}
+
 /// Forces of compliant contact for one mechanism. It has workspace but no state: the caller keeps the bristles, and where pairs share them, the table
 /// of pairs.
 pub struct CompliantContact {
@@ -178,6 +193,7 @@ pub struct CompliantContact {
     scratch: Scratch,
     points: Vec<ContactPoint>,
     loads: Vec<PairLoad>,
+    normals: Vec<NormalLoad>,
     /// Memory for the pairs that touch.
     touching: Vec<(u32, u32)>,
 }
@@ -209,6 +225,7 @@ impl CompliantContact {
             surfaces: colliders.surface_velocities(),
             points: Vec::new(),
             loads: Vec::new(),
+            normals: Vec::new(),
             touching: Vec::new(),
             colliders,
             laws,
@@ -235,6 +252,12 @@ impl CompliantContact {
         &self.loads
     }
 
+    /// Returns the normal forces of the last call, one for each contact point with a force.
+    #[must_use]
+    pub fn normals(&self) -> &[NormalLoad] {
+        &self.normals
+    }
+
     /// Adds the forces at the state of the last [`kinematics`](linkwork_dynamics::kinematics()) to the workspace. `bristles` is the state (m, m, m,
     /// rad per bristle; world axes), `table` the table of pairs, both with the lengths of [`CompliantContact::states`]. Writes the derivative of
     /// `bristles` to `rates`.
@@ -247,7 +270,8 @@ impl CompliantContact {
     ) {
         self.find(tree, ws);
         self.loads.clear();
-        let Self { surfaces, colliders, laws, points, loads, .. } = self;
+        self.normals.clear();
+        let Self { surfaces, colliders, laws, points, loads, normals, .. } = self;
         let surfaces = Some(&*surfaces).filter(|s| s.any());
         let of = |pair| laws.of_pair(colliders, pair);
         self.bristles.begin(table, of);
@@ -261,7 +285,8 @@ impl CompliantContact {
             let state = own.clone().map_or(&[0.0; BRISTLE][..], |own| &bristles[own]);
             let z = Vec3::new(state[0], state[1], state[2]);
             let extra = Surfaces::of(colliders, surfaces, tree, ws, touching);
-            let ((z_dot, spin), load) = press(&settings, &extra, tree, ws, touching, z, state[3]);
+            let ((z_dot, spin), load) =
+                press(&settings, &extra, tree, ws, (touching, &mut *normals), z, state[3]);
             loads.extend(load);
             if let Some(own) = own {
                 let rate = &mut rates[own];
@@ -363,13 +388,14 @@ fn apply(tree: &Tree, ws: &mut Workspace, p: &ContactPoint, at: &Vec3, w: Force)
     }
 }
 
-/// Computes the forces of one pair. Returns the rates of its bristle, and its load if it is in contact.
+/// Computes the forces of one pair and adds the normal force of each point to `normals`. Returns the rates of its bristle, and its load if it is in
+/// contact.
 fn press(
     k: &CompliantSettings,
     extra: &Surfaces,
     tree: &Tree,
     ws: &mut Workspace,
-    points: &[ContactPoint],
+    (points, normals): (&[ContactPoint], &mut Vec<NormalLoad>),
     z: Vec3,
     theta: f64,
 ) -> ((Vec3, f64), Option<PairLoad>) {
@@ -380,6 +406,8 @@ fn press(
         let closing = -(b.linear - a.linear).dot(&p.normal);
         let f = normal_force(k.stiffness, k.exponent, k.damping, -p.gap, closing);
         apply(tree, ws, p, &p.point, Force::new(Vec3::zeros(), p.normal * f));
+        let ContactPoint { body_a, body_b, point, normal, .. } = *p;
+        normals.extend((f > 0.0).then_some(NormalLoad { body_a, body_b, point, normal, force: f }));
         patch.pressure += f;
         patch.normal += p.normal * f;
         patch.center += (p.point - points[0].point) * f;

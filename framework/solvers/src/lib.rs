@@ -28,7 +28,9 @@ mod start;
 mod stepper;
 
 pub use bristles::{BRISTLE, TooManyTouch};
-pub use compliant::{CompliantContact, CompliantError, CompliantLaws, CompliantSettings, PairLoad};
+pub use compliant::{
+    CompliantContact, CompliantError, CompliantLaws, CompliantSettings, NormalLoad, PairLoad,
+};
 pub use constrained::{ConstrainedSolver, NEAR, Redundant, Report, SolverError, Stabilisation};
 pub use fully_augmented::{FullyAugmentedError, FullyAugmentedSolver};
 pub use linkwork_dynamics::units::ConstraintMethod;

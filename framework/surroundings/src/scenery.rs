@@ -28,7 +28,8 @@ pub struct Sight {
     pub color: [f64; 3],
 }
 
-/// The shapes of all bodies, or of those that a parameter names: a list of patterns (`*`: within a name, `**`: anything).
+/// The shapes of all bodies, or of those that a parameter names: a list of patterns (`*`: within a name, `**`: anything). A pattern after `!`
+/// excludes bodies; a list of such patterns only excludes bodies from all. `./` at the beginning of a pattern stands for the assembly of the part.
 ///
 /// A model with a parameter of this type has the ports of [`Scenery::ports`] among its direct inputs, and moves the shapes
 /// with [`Scenery::poses`].
@@ -90,12 +91,31 @@ impl Scenery {
         })
     }
 
-    /// Returns the shapes on bodies that the patterns match.
-    fn only(&self, patterns: Vec<String>) -> Self {
-        let named = |s: &&Sight| patterns.iter().any(|p| pattern::path_matches(p, &s.body));
+    /// Returns the shapes on bodies that the patterns match; `home` is the path of the assembly.
+    fn only(&self, patterns: Vec<String>, home: &str) -> Self {
+        let all: Vec<(bool, String)> = patterns.iter().map(|p| resolved(p, home)).collect();
+        let any = |keeps: bool, s: &Sight| {
+            all.iter().any(|(kept, p)| *kept == keeps && pattern::path_matches(p, &s.body))
+        };
+        let open = !all.is_empty() && all.iter().all(|(kept, _)| !kept);
+        let named = |s: &&Sight| (open || any(true, s)) && !any(false, s);
         let shapes = self.shapes.iter().filter(named).cloned().collect();
         Self { only: Some(patterns), ..Self::of(shapes) }
     }
+}
+
+/// Returns whether a pattern includes bodies, and the pattern with the full path of its assembly.
+fn resolved(pattern: &str, home: &str) -> (bool, String) {
+    let (keeps, pattern) = match pattern.strip_prefix('!') {
+        Some(rest) => (false, rest),
+        None => (true, pattern),
+    };
+    let full = match pattern.strip_prefix("./") {
+        Some(local) if home.is_empty() => local.to_owned(),
+        Some(local) => format!("{home}/{local}"),
+        None => pattern.to_owned(),
+    };
+    (keeps, full)
 }
 
 /// The mechanism provides the shapes of its bodies.
@@ -121,7 +141,11 @@ impl Param for Scenery {
         let patterns = Vec::<String>::read(v, spec, cx)?;
         let all = Self::all(cx);
         let names: Vec<&str> = all.shapes.iter().map(|s| s.body.as_str()).collect();
-        let nobody = |p: &&String| !names.iter().any(|n| pattern::path_matches(p, n));
+        let home = cx.path.rsplit_once('.').map_or("", |(home, _)| home).to_owned();
+        let nobody = |p: &&String| {
+            let (_, full) = resolved(p, &home);
+            !names.iter().any(|n| pattern::path_matches(&full, n))
+        };
         // The scenery is empty if parameters are read without a simulation (for `describe`); names cannot be checked then.
         if let Some(stray) = patterns.iter().find(nobody).filter(|_| !names.is_empty()) {
             let fact = format!("`{}.{}`: no body with a shape is `{stray}`", cx.path, spec.name);
@@ -129,7 +153,7 @@ impl Param for Scenery {
             cx.faults.push(Fault::new(v.origin, fact).help(remedy(stray, "bodies", &known)));
             return None;
         }
-        Some(all.only(patterns))
+        Some(all.only(patterns, &home))
     }
     fn missing(_: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<Option<Self>> {
         Some(Some(Self::all(cx)))
@@ -174,8 +198,23 @@ mod tests {
         let at: Vec<[f64; 3]> = scenery.poses(&u).map(|p| p.position.into()).collect();
         assert_eq!(at, [[1.0, 0.0, 20.0], [2.0, 0.0, 0.0], [3.0, 0.0, 10.0]]);
         // A selection of bodies has another fingerprint.
-        let some = scenery.only(vec!["a".into()]);
+        let only = |patterns: &[&str], home: &str| {
+            scenery.only(patterns.iter().map(|p| (*p).to_owned()).collect(), home)
+        };
+        let some = only(&["a"], "");
         assert_eq!(some.bodies(), ["a"]);
+        // Patterns after `!` exclude bodies that the other patterns include; alone, they exclude bodies from the list of all.
+        assert_eq!(only(&["!a"], "").bodies(), ["b"]);
+        assert_eq!(only(&["!./a"], "").shapes().len(), 2);
+        assert_eq!(only(&["**", "!b", "!world"], "").bodies(), ["a"]);
+        assert!(only(&[], "").shapes().is_empty());
+        assert!(only(&["a", "!a"], "").shapes().is_empty());
+        let robots = Scenery::of(vec![sight("A/tool", "1", 0.0), sight("B/tool", "2", 0.0)]);
+        let own = |p: &str| robots.only(vec![p.to_owned()], "B").bodies().to_vec();
+        assert_eq!(
+            (own("!./tool"), own("./tool")),
+            (vec!["A/tool".into()], vec!["B/tool".to_owned()])
+        );
         assert_ne!(some.fingerprint(), scenery.fingerprint());
     }
 }

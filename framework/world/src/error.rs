@@ -112,3 +112,8 @@ pub(crate) fn number(
         Err(WorldError::Number { what, value, help })
     }
 }
+
+/// Returns a text without the byte order mark that some editors and spreadsheet programs write.
+pub(crate) fn plain(text: &str) -> &str {
+    text.strip_prefix('\u{feff}').unwrap_or(text)
+}

@@ -18,4 +18,5 @@ mod orientation_kernels;
 mod planet;
 mod polyhedron;
 mod support;
+mod text_forms;
 mod two_body;

@@ -273,7 +273,7 @@ fn the_table_of_the_earth_is_as_good_as_its_series() {
 }
 
 /// IERS, finals2000A.all: 2008-12-28 to 2009-01-06, with the leap second of New Year.
-const FINALS: &str = "\
+pub const FINALS: &str = "\
 \x2081228 54828.00 I -0.001065 0.000020  0.141752 0.000036  I-0.5903208 0.0000044  0.2999 0.0065  I    -0.370    0.095    -0.225    0.340  -.001040   .141780  -.5903140    -0.397    -0.222  
  81229 54829.00 I -0.005290 0.000037  0.143089 0.000036  I-0.5906704 0.0000046  0.4023 0.0032  I    -0.359    0.100    -0.213    0.236  -.005310   .143150  -.5906630    -0.315    -0.302  
  81230 54830.00 I -0.009667 0.000036  0.144216 0.000035  I-0.5911538 0.0000046  0.5899 0.0031  I    -0.353    0.100    -0.215    0.236  -.009630   .144190  -.5911480    -0.190    -0.307  
@@ -291,7 +291,7 @@ const OF_2006: &str = "\
 ";
 
 /// CelesTrak, EOP-All.csv: the same days.
-const CELESTRAK: &str = "\
+pub const CELESTRAK: &str = "\
 DATE,MJD,X,Y,UT1-UTC,LOD,DPSI,DEPS,DX,DY,DAT,DATA_TYPE
 2006-01-22,53757,0.050100,0.381623,0.3312267,0.0006738,-0.055919,-0.001260,0.000012,-0.000103,33,O
 2006-01-23,53758,0.050154,0.381123,0.3305735,0.0006236,-0.056308,-0.001684,0.000043,-0.000169,33,O
@@ -299,7 +299,7 @@ DATE,MJD,X,Y,UT1-UTC,LOD,DPSI,DEPS,DX,DY,DAT,DATA_TYPE
 ";
 
 /// Numbers of the second day above in the columns of EOP 20 C04.
-const C04: &str = "\
+pub const C04: &str = "\
 # EARTH ORIENTATION PARAMETER (EOP) PRODUCT CENTER CENTER (PARIS OBSERVATORY)
 # EOP (IERS) 20 C04 TIME SERIES  consistent with ITRF 2020 - sampled at 0h UTC
 # YR  MM  DD  HH       MJD        x(\")        y(\")  UT1-UTC(s)       dX(\")      dY(\")       xrt(\")      yrt(\")      LOD(s)

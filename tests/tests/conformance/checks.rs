@@ -40,7 +40,10 @@ pub fn units(entry: &Entry) -> Vec<String> {
         }
     }
     for (path, s) in all_params(&entry.description.params, &[]) {
-        if let Some(Err(e)) = s.unit.map(Unit::parse) {
+        // Rows of different quantities have a list of units.
+        let units =
+            s.unit.into_iter().flat_map(|all| all.split(',')).map(|u| Unit::parse(u.trim()));
+        if let Some(Err(e)) = units.into_iter().find(Result::is_err) {
             found.push(format!("`{name}`: parameter `{}`: {e}", path.join(".")));
         }
     }

@@ -1,6 +1,7 @@
 //! FMUs of both versions and both kinds, compiled from C here: equal to the native model, bit-identical after interruptions, rejected with a message
 //! if invalid.
 mod bad;
+mod clocks;
 mod export;
 mod saves;
 mod support;
@@ -243,6 +244,44 @@ fn an_event_at_the_start_keeps_the_states_of_the_unit() {
         let [n, h, _] = at(&sim);
         let flown = 2.0 + 0.8 * 0.1 - 9.81 * 0.005;
         assert!(n == 1.0 && (h - flown).abs() < 1e-12, "FMI {version}: {n} {h} {flown}");
+    }
+}
+
+/// A start value of an input is the value of the input without a wire. With a wire, an input that acts at events changes from this value to the value
+/// of the wire at the start, also if the wire has the start value of the description.
+#[test]
+fn start_values_of_inputs_hold_without_a_wire() {
+    if !compiler() {
+        return;
+    }
+    for version in VERSIONS {
+        let bench = Bench::new();
+        bench.unit("spring.fmu", version, Model::Spring, |t| t);
+        bench.unit("ball.fmu", version, Model::Ball, |t| t);
+        // A constant force of 6 N holds a spring of 4 N/m at 1.5 m.
+        for kind in
+            [r#"model: "fmi.model_exchange""#, r#"model: "fmi.co_simulation", rate: "10 ms""#]
+        {
+            let text = format!(
+                r#"Simulation(parts: {{ "Spring": ({kind}, params: {{ "file": "spring.fmu", "start": {{ "x": 1.5, "force": "6 N" }} }}) }},
+                    step: "10 ms", integrator: "rk4", until: "1 s")"#
+            );
+            let mut sim = bench.sim(&text).unwrap();
+            run(&mut sim, 1.0);
+            let x = sim.get("Spring.x").unwrap();
+            assert!((x - 1.5).abs() < 1e-12, "FMI {version}, {kind}: {x}");
+        }
+        let unit = r#"model: "fmi.model_exchange", params: { "file": "ball.fmu", "start": { "floor": 3 } }"#;
+        for (value, gap) in [("0", 0.0), ("2", 2.0), ("3", 3.0)] {
+            let floor =
+                format!(r#""Floor": (model: "basics.constant", params: {{ "value": {value} }}),"#);
+            let text =
+                ball(unit, &floor).replace("step:", "wires: [\"Floor.y -> Ball.floor\"], step:");
+            let mut sim = bench.sim(&text).unwrap();
+            run(&mut sim, 0.1);
+            let found = sim.get("Ball.gap").unwrap() - sim.get("Ball.h").unwrap();
+            assert!((found - gap).abs() < 1e-12, "FMI {version}, {value}: {found}");
+        }
     }
 }
 

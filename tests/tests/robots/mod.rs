@@ -12,5 +12,6 @@ mod machines;
 mod manipulation;
 mod mjcf_elements;
 mod mjcf_sensors;
+mod mjcf_touch;
 mod pages;
 mod starts;

@@ -17,6 +17,7 @@ const G0: f64 = 9.80665;
 #[derive(Params, Clone, Debug)]
 pub struct SolidMotorParams {
     /// Rows (time since ignition in s, thrust in vacuum in N), from time 0.
+    #[param(unit = "s, N")]
     pub curve: Vec<[f64; 2]>,
     /// Specific impulse in vacuum.
     #[param(unit = "s", range = 1e-3..)]

@@ -57,10 +57,12 @@ pub(crate) fn convert(name: &str, d: &Description, collide: Collide) -> Converte
     let initial: BTreeMap<&str, &Initial> =
         d.initial.iter().map(|i| (i.body.as_str(), i)).collect();
     let mut places: BTreeMap<String, String> = BTreeMap::new(); // full paths of nodes
-    // A body whose load is measured stays a separate body, even if its hinge is locked.
+    // A body whose load or contact is measured stays a separate body, even if its hinge is locked.
     let measured: BTreeSet<&str> = (d.devices.iter())
         .filter_map(|device| match &device.kind {
-            DeviceKind::Sensor(Sensor::HingeLoad { body, .. }) => Some(body.as_str()),
+            DeviceKind::Sensor(Sensor::HingeLoad { body, .. } | Sensor::Touch { body, .. }) => {
+                Some(body.as_str())
+            }
             _ => None,
         })
         .collect();

@@ -2,7 +2,8 @@
 use crate::form::assembly::{AssemblyForm, PartForm, PartKind};
 use crate::text::value::{Text, empty_map, list, plain, push};
 use linkwork_formats::{
-    Actuator, Description, Device, DeviceFrame, DeviceKind, HingeCoordinate, Length, Sensor, Tendon,
+    Actuator, Description, Device, DeviceFrame, DeviceKind, Geometry, HingeCoordinate, Length,
+    Sensor, Tendon,
 };
 use linkwork_multibody::BodySpec;
 use linkwork_runtime::{Located, Origin, Value};
@@ -63,7 +64,7 @@ pub(crate) fn add(
                 }
                 None
             }
-            DeviceKind::Sensor(s) => sensor(s, &specs, names),
+            DeviceKind::Sensor(s) => sensor(s, &specs, names, assembly),
         };
         let Some((model, params, bind)) = made else {
             left_out.push(format!("device `{}`", device.name));
@@ -191,7 +192,12 @@ fn tendon(t: &Tendon, specs: &BTreeMap<&str, &BodySpec>, names: &Names<'_>) -> O
     Some(("actuators.tendon", params, bind))
 }
 
-fn sensor(s: &Sensor, specs: &BTreeMap<&str, &BodySpec>, names: &Names<'_>) -> Option<ModelFields> {
+fn sensor(
+    s: &Sensor,
+    specs: &BTreeMap<&str, &BodySpec>,
+    names: &Names<'_>,
+    assembly: &AssemblyForm,
+) -> Option<ModelFields> {
     let frame = |f: &DeviceFrame| Some(vec![("mount".to_owned(), frame(f, names)?)]);
     Some(match s {
         Sensor::Joint(at) => {
@@ -223,6 +229,39 @@ fn sensor(s: &Sensor, specs: &BTreeMap<&str, &BodySpec>, names: &Names<'_>) -> O
             let tool = format!("node:{}", names.bodies.get(body)?);
             ("sensors.hinge_load", params, vec![("tool".to_owned(), text(tool))])
         }
+        Sensor::Touch { frame: site, zone, .. } => {
+            let half = |size: &[f64; 3]| size.map(|x| 0.5 * x);
+            let (shape, size) = match zone {
+                Geometry::Sphere { radius } => ("ellipsoid", [*radius; 3]),
+                Geometry::Ellipsoid { radii } => ("ellipsoid", *radii),
+                Geometry::Box { size } => ("box", half(size)),
+                Geometry::Cylinder { radius, length } => ("cylinder", [*radius, 0.5 * length, 0.0]),
+                Geometry::Capsule { radius, length } => ("capsule", [*radius, 0.5 * length, 0.0]),
+                _ => return None,
+            };
+            let mut params = Vec::new();
+            push(&mut params, "shape", Value::Text(shape.into()));
+            push(&mut params, "size", list(size));
+            let site = self::frame(site, names)?;
+            ("sensors.touch", params, vec![("site".to_owned(), site)])
+        }
+        Sensor::Range { body, frame: mount } => {
+            let mut params = Vec::new();
+            // A pattern for a body without shapes would be an error.
+            let local = body.as_ref().and_then(|b| names.bodies.get(b));
+            if let Some(local) = local.filter(|b| has_shapes(assembly, b)) {
+                let other = Value::Text(format!("!./{local}")).into();
+                push(&mut params, "sees", Value::List(vec![other]));
+            }
+            ("sensors.range_finder", params, frame(mount)?)
+        }
         Sensor::Of { .. } => return None,
     })
+}
+
+/// Returns whether a body of an assembly has shapes.
+fn has_shapes(assembly: &AssemblyForm, body: &str) -> bool {
+    let fields = assembly.bodies.get(body).map(|b| &b.fields.value);
+    let Some(Value::Map(fields)) = fields else { return false };
+    fields.iter().any(|(key, v)| key == "shapes" && v.value != Value::List(Vec::new()))
 }

@@ -12,7 +12,7 @@ use crate::text::files::{Files, Home};
 use crate::text::report::Cx;
 use crate::text::show::Failure;
 use crate::text::value::{Text, full_name, set};
-use linkwork_formats::{Description, Device, DeviceKind, FormatError, ReadOptions};
+use linkwork_formats::{Description, Device, DeviceKind, FormatError, Places, ReadOptions};
 use linkwork_runtime::{Fault, Located, Origin, Value};
 use linkwork_spatial::Pose;
 use std::collections::BTreeMap;
@@ -251,6 +251,11 @@ fn read(
     }
     let all = [&mut made.bodies, &mut made.loops, &mut made.couplings, &mut made.colliders];
     all.into_iter().flat_map(BTreeMap::values_mut).for_each(|form| form.origin = v.origin);
+    let text_of = |file: &str| match &found {
+        Home::Folder(_) => linkwork_formats::whole_text(Path::new(file)).ok(),
+        Home::Embedded(_) => files.embedded.get(&key).cloned(),
+    };
+    point_into_files(cx, &d.places, &converted.bodies, text_of, &mut made.bodies);
     if let Some(pairs) = &mut made.ignore {
         pairs.origin = v.origin;
     }
@@ -279,6 +284,35 @@ fn read_named_companion(
             let message = format!("`import`: there is no companion file `{}`", name.text);
             cx.fault(name.origin, message, format!("tried: {}", tried.join(", ")));
         }
+    }
+}
+
+/// Sets the origins of imported bodies to their elements in the files, which may be included files, so that messages about a body name its line.
+fn point_into_files(
+    cx: &mut Cx,
+    places: &Places,
+    names: &BTreeMap<String, String>,
+    text_of: impl Fn(&str) -> Option<String>,
+    bodies: &mut BTreeMap<String, ItemForm>,
+) {
+    // The map contains the index of each file among the sources and the beginnings of its lines.
+    let mut open: BTreeMap<&str, Option<(u32, Vec<usize>)>> = BTreeMap::new();
+    for (body, place) in &places.0 {
+        let Some(form) = names.get(body).and_then(|local| bodies.get_mut(local)) else { continue };
+        let file = open.entry(place.file.as_str()).or_insert_with(|| {
+            let text = text_of(&place.file)?;
+            let ends = text.match_indices('\n').map(|(k, _)| k + 1);
+            let lines = std::iter::once(0).chain(ends).collect();
+            Some((cx.sources.add(place.file.as_str(), text), lines))
+        });
+        let Some((source, lines)) = file else { continue };
+        let Some(&begin) = lines.get((place.line as usize).wrapping_sub(1)) else { continue };
+        let text = &cx.sources.files[*source as usize].1;
+        let column = (place.column as usize).saturating_sub(1);
+        let offset = text[begin..].char_indices().nth(column).map_or(0, |(k, _)| k);
+        let start = begin + offset;
+        let end = text[start..].find('>').map_or(text.len(), |k| start + k + 1);
+        form.origin = Origin::in_file(*source, start as u32, end as u32);
     }
 }
 

@@ -10,17 +10,23 @@ use super::{Instance, Kind, Result, ended, failure, there};
 use crate::unit::Functions;
 use crate::unit::has_events;
 
-/// Largest number of passes of one event, and of events in one communication step.
+/// Largest number of events in one communication step.
 const MOST: usize = 10_000;
 
 impl Instance {
-    /// Returns whether it is run with event mode. Discrete inputs are then set between [`Instance::enter_event`] and [`Instance::handle_event`].
+    /// Returns whether it is run with event mode. Discrete inputs are then set between [`Instance::enter_event`] and the passes of
+    /// the event.
     pub fn steps_with_events(&self) -> bool {
         self.kind == Kind::CoSimulation && has_events(&self.unit)
     }
 
-    /// Advances a co-simulation unit from `t` by `h` (s).
-    pub fn step(&mut self, t: f64, h: f64) -> Result<()> {
+    /// Advances a co-simulation unit from `t` by `h` (s). `passes` makes the passes of an event, in event mode.
+    pub fn step(
+        &mut self,
+        t: f64,
+        h: f64,
+        mut passes: impl FnMut(&mut Instance, f64) -> Result<()>,
+    ) -> Result<()> {
         let unit = self.unit.clone();
         if let Functions::V2(f) = &unit.functions {
             let step = there(f.do_step, "fmi2DoStep")?;
@@ -34,7 +40,8 @@ impl Instance {
             let (event, reached) = self.step_once(now, step)?;
             if event {
                 self.enter_event()?;
-                self.handle_event()?;
+                passes(self, reached.unwrap_or(end))?;
+                self.enter_step()?;
             }
             match reached {
                 None => return Ok(()),
@@ -72,20 +79,13 @@ impl Instance {
         Ok((event != 0 && has_events(&unit), (early != 0).then_some(reached)))
     }
 
-    /// Ends event mode of co-simulation: the unit updates its discrete states and returns to step mode.
-    pub fn handle_event(&mut self) -> Result<()> {
+    /// Returns from event mode to step mode.
+    pub fn enter_step(&mut self) -> Result<()> {
         let unit = self.unit.clone();
         let Functions::V3(f) = &unit.functions else { return Ok(()) };
-        for _ in 0..MOST {
-            if self.discrete_states()?.needed {
-                continue;
-            }
-            let enter = there(f.enter_step, "fmi3EnterStepMode")?;
-            // SAFETY: a living instance in event mode.
-            let status = unsafe { enter(self.raw) };
-            return self.check(status, "EnterStepMode");
-        }
-        let fact = format!("an event of the unit has not ended after {MOST} passes");
-        Err(failure(fact, "contact the vendor of the unit"))
+        let enter = there(f.enter_step, "fmi3EnterStepMode")?;
+        // SAFETY: a living instance in event mode.
+        let status = unsafe { enter(self.raw) };
+        self.check(status, "EnterStepMode")
     }
 }

@@ -187,8 +187,28 @@ pub struct FmiVariable {
     pub relative: bool,
     /// Typical magnitude.
     pub nominal: Option<f64>,
+    /// The ticks of a clock; `None` for other variables.
+    pub clock: Option<FmiClock>,
     /// Meaning.
     pub doc: String,
+}
+
+/// The ticks of a clock (3.0).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FmiClock {
+    /// It ticks periodically (`constant`, `fixed` and `tunable`, whose interval the importer could change).
+    Periodic {
+        /// Time between two ticks, s.
+        interval: f64,
+        /// Time of the first tick after the start, s.
+        shift: f64,
+    },
+    /// The unit states the time until the next tick (`countdown`).
+    Countdown,
+    /// Events outside of an input clock, or inside of the unit of an output clock, activate it (`triggered`).
+    Triggered,
+    /// The unit changes the interval after each tick (`changing`), or the interval is not in the description.
+    Changing,
 }
 
 /// An output and its direct dependencies on inputs.

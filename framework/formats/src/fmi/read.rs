@@ -331,6 +331,7 @@ impl Reader {
             },
         };
         let (unit, nominal, relative) = self.measure(typed, names);
+        let clock = if kind == VariableKind::Clock { Some(self.clock(typed)?) } else { None };
         let (size, is_array) = self.size(e, sizes)?;
         let start = match kind {
             VariableKind::String => match typed.attr("start") {
@@ -360,8 +361,45 @@ impl Reader {
             unit,
             relative,
             nominal,
+            clock,
             doc,
         })
+    }
+
+    /// Reads the ticks of a clock: decimal numbers in s, or counters of a resolution.
+    fn clock(&mut self, e: &Element) -> Option<FmiClock> {
+        let decimal: Option<f64> = self.get(e, "intervalDecimal", "a number");
+        let shift: Option<f64> = self.get(e, "shiftDecimal", "a number");
+        let resolution: Option<f64> = self.get(e, "resolution", "a whole number");
+        let counted = |reader: &mut Self, name: &str| -> Option<f64> {
+            let counter: f64 = reader.get(e, name, "a whole number")?;
+            resolution.map(|r| counter / r)
+        };
+        let interval = decimal.or(counted(self, "intervalCounter"));
+        let shift = shift.or(counted(self, "shiftCounter")).unwrap_or(0.0);
+        match self.need(e, "intervalVariability")? {
+            "constant" | "fixed" | "tunable" => {
+                let Some(interval) = interval else { return Some(FmiClock::Changing) };
+                for (name, value, good) in [
+                    ("intervalDecimal", interval, interval > 0.0 && interval.is_finite()),
+                    ("shiftDecimal", shift, shift >= 0.0 && shift.is_finite()),
+                ] {
+                    if !good {
+                        let wanted = "a positive interval and a shift of 0 or more, in s";
+                        self.bad(e, name, &value.to_string(), wanted);
+                        return None;
+                    }
+                }
+                Some(FmiClock::Periodic { interval, shift })
+            }
+            "countdown" => Some(FmiClock::Countdown),
+            "triggered" => Some(FmiClock::Triggered),
+            "changing" => Some(FmiClock::Changing),
+            other => {
+                self.bad(e, "intervalVariability", other, "a value of the standard");
+                None
+            }
+        }
     }
 
     /// Returns unit, typical magnitude, and whether it is a difference. The unit of a difference has no offset: 5 degC as a difference are 5 K.

@@ -115,7 +115,7 @@ impl<'e> Mj<'e> {
                 // Elements that are not part of the format are listed with the unused elements.
                 if let Some((_, why)) = ALTERNATIVES.iter().find(|(k, _)| *k == e.name) {
                     e.touch_all();
-                    let note = format!("element <{}>: {why}", e.name);
+                    let note = format!("element <{}>: it exerts no force; {why}", e.name);
                     cx.ignored.push(e.ignored(format!("mujoco/actuator/{}", e.label()), note));
                 }
                 continue;
@@ -182,7 +182,7 @@ impl<'e> Mj<'e> {
         match lengths.tendon(target) {
             Some(length) => Ok(Some(length)),
             None if lengths.unread.contains(target) => Err(format!(
-                "its tendon `{target}` is not supported; the warning about the tendon has a remedy"
+                "its tendon `{target}` is not supported, so it exerts no force; the warning about the tendon has a remedy"
             )),
             None => {
                 cx.unknown(e.place_of(key), what, "tendon", target, lengths.names());

@@ -23,6 +23,7 @@ pub(super) struct Site<'e> {
     pub body: String,
     pub pose: Pose,
     pub e: &'e Element,
+    pub at: Classed<'e>,
 }
 
 /// Data of a joint for equalities.
@@ -115,10 +116,12 @@ impl<'e> Mj<'e> {
         let mass = self.mass(cx, e, &inside, &what);
         self.shapes_and_sites(cx, &inside, &name, d);
         let start = BodySpec::new(&name, &next.parent);
+        let from = d.builder.bodies().len();
         chain(start, X_PB, joints, cx, d, next.parent == "world");
         if let Some(last) = d.builder.bodies_mut().last_mut() {
             last.mass = mass;
         }
+        d.written_at(from, &e.place());
         push_bodies(todo, inside, &name, X_WB);
     }
 
@@ -362,7 +365,7 @@ impl<'e> Mj<'e> {
                 cx.fault(place, FaultKind::Duplicate { kind: "site", name, first });
                 continue;
             }
-            self.sites.insert(name, Site { body: body.into(), pose, e: i.e });
+            self.sites.insert(name, Site { body: body.into(), pose, e: i.e, at });
             if body == "world" {
                 let path = format!("mujoco/worldbody/{}", i.e.label());
                 cx.ignored.push(i.e.ignored(path, "a site on the world is not a node"));

@@ -4,6 +4,7 @@
 //! m = density · volume, unless the mass is given       J = Σ over geoms, about the body's frame
 //! ```
 
+use super::body::Site;
 use super::collide::moving_surface;
 use super::inside::Inside;
 use super::orientation::turn_of_z;
@@ -282,6 +283,45 @@ impl<'e> Mj<'e> {
             return None;
         }
         Some((pose, of_size(kind, &size)))
+    }
+}
+
+/// Half lengths (m) of a site that does not write them.
+const SITE: [f64; 3] = [0.005; 3];
+
+impl<'e> Mj<'e> {
+    /// Returns the solid of a site; `None` after a fault, or if the solid follows from other attributes than its size.
+    pub(super) fn zone(&self, cx: &mut Cx<'_>, site: &Site<'e>, what: &str) -> Option<Geometry> {
+        let at = site.at;
+        if self.attr(at, "fromto").is_some() || self.attr(at, "mesh").is_some() {
+            return None;
+        }
+        let (kind, place) = match self.attr(at, "type") {
+            Some((kind, place)) => (kind, place),
+            None => ("sphere", site.e.place()),
+        };
+        let used = match kind {
+            "sphere" => 1,
+            "capsule" | "cylinder" => 2,
+            "box" | "ellipsoid" => 3,
+            other => {
+                let types = ["sphere", "capsule", "ellipsoid", "cylinder", "box"];
+                let help = suggest(other, "type", types);
+                cx.bad(place, &format!("{what}: `type`"), other, "a type of site", &help);
+                return None;
+            }
+        };
+        let mut size = SITE;
+        if let Some((text, place)) = self.attr(at, "size") {
+            let own = cx.parse_list(place.clone(), text, &format!("{what}: `size`"), 1..=3)?;
+            size.iter_mut().zip(&own).for_each(|(s, x)| *s = *x);
+            if size.iter().take(used).any(|s| !(*s > 0.0)) {
+                let help = "write positive lengths in m";
+                cx.bad(place, &format!("{what}: `size`"), text, "positive lengths", help);
+                return None;
+            }
+        }
+        Some(of_size(kind, &size))
     }
 }
 

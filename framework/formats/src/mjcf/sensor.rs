@@ -7,6 +7,7 @@
 //! ballquat, ballangvel                                       the frames of a ball joint on the body and on its parent
 //! accelerometer, framelinacc, frameangacc                    specific force and angular acceleration at a frame
 //! force, torque                                              load of the hinge of the body of a site
+//! touch, rangefinder                                         contacts in the zone of a site, a ray along its z axis
 //! subtreecom, subtreelinvel, subtreeangmom                   a body and all bodies that it carries
 //! tendonpos, tendonvel, actuatorpos, actuatorvel, actuatorfrc    outputs of other devices
 //! ```
@@ -22,12 +23,7 @@ use linkwork_spatial::Pose;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Sensors that are not converted, with a remedy.
-const ALTERNATIVES: [(&str, &str); 21] = [
-    ("touch", "bind `sensors.contact_switch` to the body, or log its `contact_force`"),
-    (
-        "rangefinder",
-        "add `sensors.radar` with the beam [0, 0, 1] and the other bodies in `sees`, or `sensors.lidar`",
-    ),
+const ALTERNATIVES: [(&str, &str); 19] = [
     ("magnetometer", "add `sensors.magnetometer`, and wire the field to it"),
     ("camprojection", "add `sensors.camera`, or compute the pixel from `sensors.relative_motion`"),
     ("contact", "log `contact_force` of the body"),
@@ -164,6 +160,8 @@ impl<'e> Mj<'e> {
             "gyro" | "velocimeter" => self.at_site(cx, e, what, shared).map(Sensor::Motion),
             "accelerometer" => self.at_site(cx, e, what, shared).map(Sensor::SpecificForce),
             "force" | "torque" => self.load_at_site(cx, e, what, shared),
+            "touch" => self.touch_at_site(cx, e, what, shared),
+            "rangefinder" => self.range_at_site(cx, e, what, shared),
             "framelinacc" | "frameangacc" => {
                 let reference = e.attr("refname").is_some();
                 if reference {
@@ -287,6 +285,48 @@ impl<'e> Mj<'e> {
         let spec = shared.d.builder.bodies().iter().find(|b| b.name == site.body)?;
         let frame = spec.hinge_in_body.inverse() * site.pose;
         Some(Sensor::HingeLoad { body: site.body.clone(), frame })
+    }
+
+    /// Reads a touch sensor: its zone is the site.
+    fn touch_at_site(
+        &self,
+        cx: &mut Cx<'_>,
+        e: &'e Element,
+        what: &str,
+        shared: &mut Shared<'e, '_>,
+    ) -> Option<Sensor> {
+        let on_world = e.attr("site").and_then(|s| self.sites.get(s)).filter(|s| s.body == "world");
+        if on_world.is_some() {
+            let note = "a touch sensor at a site of the world, whose contacts are not reported; move the site to the body that touches the world";
+            return leave_out(cx, e, what, note);
+        }
+        let frame = self.at_site(cx, e, what, shared)?;
+        let site = self.sites.get(e.attr("site")?)?;
+        let named = format!("site `{}`", e.attr("site").unwrap_or_default());
+        let faults = cx.faults.len();
+        let Some(zone) = self.zone(cx, site, &named) else {
+            let note = "the zone of its site follows from `fromto` or `mesh`; write `type`, `size`, and a pose for the <site>";
+            return if cx.faults.len() > faults { None } else { leave_out(cx, e, what, note) };
+        };
+        Some(Sensor::Touch { body: site.body.clone(), frame, zone })
+    }
+
+    /// Reads a range finder at a site.
+    fn range_at_site(
+        &self,
+        cx: &mut Cx<'_>,
+        e: &'e Element,
+        what: &str,
+        shared: &mut Shared<'e, '_>,
+    ) -> Option<Sensor> {
+        if e.attr("camera").is_some() {
+            let note = "`camera`: a range for each pixel is not supported; add `sensors.lidar` or `sensors.camera`";
+            return leave_out(cx, e, what, note);
+        }
+        let frame = self.at_site(cx, e, what, shared)?;
+        let site = self.sites.get(e.attr("site")?)?;
+        let body = (site.body != "world").then(|| site.body.clone());
+        Some(Sensor::Range { body, frame })
     }
 
     /// Reads the motion of a frame, which may be relative to another frame.

@@ -244,8 +244,13 @@ impl<'e> Mj<'e> {
                 }
                 _ => "replace the geom by sites along the path around it",
             };
+            let lost = match self.passive(e)[..] {
+                [] => String::new(),
+                [one] => format!(", so its {one} has no force"),
+                ref forces => format!(", so its {} have no force", forces.join(" and its ")),
+            };
             let note = format!(
-                "a spatial tendon with a <{}> is not supported, because tendons are straight from site to site; {remedy}",
+                "a spatial tendon with a <{}> is not supported, because tendons are straight from site to site{lost}; {remedy}",
                 other.name
             );
             cx.ignored.push(other.ignored(what, note));
@@ -262,6 +267,22 @@ impl<'e> Mj<'e> {
             return None;
         }
         Some(sites)
+    }
+
+    /// Returns the kinds of forces that a tendon has without an actuator.
+    fn passive(&self, e: &'e Element) -> Vec<&'static str> {
+        let class = e.attr("class").unwrap_or(MAIN);
+        let at = Classed { e, class, kind: "tendon" };
+        let zero = |text: &str| text.split_whitespace().all(|w| w.parse() == Ok(0.0));
+        let has = |key: &str| self.attr(at, key).is_some_and(|(text, _)| !zero(text));
+        let limits = has("range") && self.attr(at, "limited").is_none_or(|(t, _)| t != "false");
+        let kinds = [
+            (has("stiffness"), "spring"),
+            (has("damping"), "damper"),
+            (limits, "limit"),
+            (has("frictionloss"), "friction"),
+        ];
+        kinds.into_iter().filter(|(there, _)| *there).map(|(_, kind)| kind).collect()
     }
 
     /// Returns the frame of a site for a device; a site of the world becomes a body. `None` after a fault.

@@ -192,6 +192,7 @@ impl<'e> Sdf<'e> {
                 d.devices.push(Device { name: format!("{body}_weightless"), kind });
             }
             link::shapes(cx, l.e, body, d);
+            let from = d.builder.bodies().len();
             match movers.remove(body) {
                 Some(spec) => drop(d.builder.body(spec.mass(mass))),
                 None => {
@@ -200,6 +201,7 @@ impl<'e> Sdf<'e> {
                     root_body(cx, BodySpec::new(body, "world").mass(mass), X_WB, as_written, d);
                 }
             }
+            d.written_at(from, &l.e.place());
         }
         for (name, body, pose) in self.frames.nodes() {
             d.builder.node(name, body, pose);

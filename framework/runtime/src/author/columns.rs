@@ -306,6 +306,12 @@ pub(crate) fn read_list<T: Param>(
         };
         let from = cx.faults.len();
         let read = T::read(&item, spec, cx);
+        let in_units = wanted.iter().any(|k| table.headings[*k].1.is_some());
+        for help in cx.faults.iter_mut().skip(from).filter_map(|f| f.help.as_mut()) {
+            if in_units {
+                *help += "; the heading of the column has the unit of its numbers";
+            }
+        }
         table.name_line(row, from, cx);
         // Stop at the first faulty line, because a wrong column would cause an error in every line.
         out.push(read?);

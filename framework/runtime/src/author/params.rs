@@ -73,7 +73,7 @@ impl From<StdRange<f64>> for Range {
 pub struct ParamSpec {
     /// Name.
     pub name: &'static str,
-    /// SI unit of a number without a unit; a written unit must have the same dimension.
+    /// SI unit of a number without a unit; a written unit must have the same dimension. Rows of different quantities have a list: `s, N`.
     pub unit: Option<&'static str>,
     /// Meaning.
     pub doc: &'static str,
@@ -600,7 +600,17 @@ impl<T: Param, const N: usize> Param for [T; N] {
             cx.fault(v.origin, message, None);
             return None;
         }
-        let read: Vec<Option<T>> = items.iter().map(|item| T::read(item, spec, cx)).collect();
+        let units = spec.unit.filter(|u| u.contains(','));
+        let read: Vec<Option<T>> = match units {
+            None => items.iter().map(|item| T::read(item, spec, cx)).collect(),
+            Some(units) => {
+                let of = |k: usize| {
+                    let unit = Some(units.split(',').nth(k).map_or("1", str::trim));
+                    ParamSpec { unit, ..spec.clone() }
+                };
+                items.iter().enumerate().map(|(k, item)| T::read(item, &of(k), cx)).collect()
+            }
+        };
         let all: Vec<T> = read.into_iter().collect::<Option<_>>()?;
         all.try_into().ok()
     }

@@ -35,6 +35,8 @@ pub enum PortKind {
     VehicleMass,
     /// Contact force on a body, and the point at which it acts.
     ContactLoad,
+    /// Sum of the normal forces of the contacts of a body in a zone at a node; the port has the zone ([`PortSpec::zone`]).
+    ContactNormal,
     /// Force and moment that a hinge transmits to its body.
     HingeLoad,
     /// Traction of the ground on a slowly slipping wheel.
@@ -51,6 +53,19 @@ pub enum PortKind {
     BallTorque,
     /// Velocity of the surface of a body relative to the body.
     SurfaceVelocity,
+}
+
+/// A solid at the origin of a node, in the axes of the node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ContactZone {
+    /// Half axes, m.
+    Ellipsoid([f64; 3]),
+    /// Half edges, m.
+    Box([f64; 3]),
+    /// Around z: radius, and half of the length, m.
+    Cylinder([f64; 2]),
+    /// Around z: radius, and half of the length between the centres of its ends, m.
+    Capsule([f64; 2]),
 }
 
 /// Description of a port or of a state field.
@@ -82,6 +97,8 @@ pub struct PortSpec {
     pub direction: Direction,
     /// For a node of a wheel or rotor: its axis of rotation, in the node's axes.
     pub axle: Option<[f64; 3]>,
+    /// The zone at the node, which a port of the kind [`PortKind::ContactNormal`] has.
+    pub zone: Option<ContactZone>,
     /// The connector that the port belongs to: `supply` for `supply.voltage` and `supply.current`.
     pub connector: Option<Text>,
     /// Role of the port in the balances of its part.
@@ -113,6 +130,7 @@ impl PortSpec {
             frame: frame.map(Text::from),
             direction: Direction::Either,
             axle: None,
+            zone: None,
             connector: None,
             account: None,
         }
@@ -134,6 +152,7 @@ impl PortSpec {
             frame: None,
             direction: Direction::Either,
             axle: None,
+            zone: None,
             connector: None,
             account: None,
         }
@@ -266,6 +285,7 @@ impl PortSpec {
                 v.extend(xyz(".point", "m"));
                 v
             }
+            PortKind::ContactNormal => vec![(String::new(), Text::from("N"))],
             PortKind::HingeLoad => {
                 let mut v = xyz(".force", "N").to_vec();
                 v.extend(xyz(".moment", "N m"));

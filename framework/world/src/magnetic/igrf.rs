@@ -1,7 +1,7 @@
 //! The International Geomagnetic Reference Field: coefficients every five years with linear interpolation.
 
 use super::RADIUS;
-use crate::error::{WorldError, number};
+use crate::error::{WorldError, number, plain};
 use crate::gravity::{Coefficients, Harmonics};
 use crate::planet::Epoch;
 use linkwork_spatial::Vec3;
@@ -48,7 +48,7 @@ impl Igrf {
     /// A missing heading, rows of another length or with invalid numbers, or a degree above 60.
     pub fn parse(file: &str, text: &str) -> Result<Self, WorldError> {
         let (mut years, mut rows, mut degree) = (Vec::new(), Vec::new(), 0);
-        for (k, raw) in text.lines().enumerate() {
+        for (k, raw) in plain(text).lines().enumerate() {
             let line = k + 1;
             let words: Vec<&str> = raw.split_whitespace().collect();
             let float = |word: &str| {

@@ -5,7 +5,7 @@
 //! Rows outside `USEABLE_START_TIME` and `USEABLE_STOP_TIME` only support the interpolation. `INTERPOLATION` and its degree are recommendations and are
 //! not used.
 
-use crate::error::WorldError;
+use crate::error::{WorldError, plain};
 use crate::planet::{Epoch, PointMotion};
 use linkwork_spatial::Vec3;
 
@@ -63,7 +63,7 @@ impl Reader<'_> {
 
     fn read(mut self, text: &str) -> Result<Vec<Segment>, WorldError> {
         let mut versioned = false;
-        for (k, line) in text.lines().enumerate() {
+        for (k, line) in plain(text).lines().enumerate() {
             let (n, line) = (k + 1, line.trim());
             if line.is_empty() || line.starts_with("COMMENT") {
                 continue;

@@ -1,6 +1,6 @@
 //! Two-line elements of Earth satellites, propagated with SGP4. The only module that depends on `sgp4`.
 
-use crate::error::WorldError;
+use crate::error::{WorldError, plain};
 use crate::planet::{Epoch, PointMotion};
 use linkwork_spatial::Vec3;
 use sgp4::{Constants, Elements, MinutesSinceEpoch, Orbit, WGS72, iau_epoch_to_sidereal_time};
@@ -24,6 +24,20 @@ const LIMIT: f64 = 30.0;
 
 const HELP: &str = "give the two lines of 69 characters that begin with 1 and 2, and before them the name or nothing";
 
+const DAY: &str = "correct the day of the year in columns 21 to 32, from 1 to 365, or 366 in a leap year, or use other elements";
+
+/// Returns what is wrong with the day of the epoch of a first line: the day 366 of a common year would be read as the first day of the next year.
+/// `None` for a day of its year, and if the columns contain no number, which is another mistake.
+fn no_such_day(line: &str) -> Option<String> {
+    let number = |from: usize, to: usize| line.get(from..to)?.trim().parse::<f64>().ok();
+    let (short, day) = (number(18, 20)?, number(20, 32)?);
+    let year = if short < 57.0 { 2000.0 + short } else { 1900.0 + short };
+    // No year between 1957 and 2056 is divisible by 4 and not a leap year.
+    let days = if year % 4.0 == 0.0 { 366.0 } else { 365.0 };
+    let fact = || format!("the epoch is day {day} of the year {year}, which has {days} days");
+    (!(1.0..days + 1.0).contains(&day)).then(fact)
+}
+
 impl TwoLine {
     /// Reads all elements of a text: two lines each, or three with a name. `file` is its name in messages.
     ///
@@ -31,19 +45,25 @@ impl TwoLine {
     /// An invalid line, a wrong checksum, or elements that do not give an orbit; the error names the line.
     pub fn read(file: &str, text: &str) -> Result<Vec<TwoLine>, WorldError> {
         let (mut all, mut name, mut first) = (Vec::new(), None, None);
-        for (k, line) in text.lines().enumerate() {
+        let at = |line: usize, fact: String, help: &'static str| WorldError::Line {
+            file: file.to_string(),
+            line,
+            fact,
+            help,
+        };
+        for (k, line) in plain(text).lines().enumerate() {
             let line = line.trim_end();
-            let wrong = |fact: String| WorldError::Line {
-                file: file.to_string(),
-                line: k + 1,
-                fact,
-                help: HELP,
-            };
-            if line.is_empty() {
+            let wrong = |fact: String| at(k + 1, fact, HELP);
+            if line.is_empty() || line.starts_with('#') {
                 continue;
             }
             match (first, line.as_bytes()) {
-                (None, [b'1', b' ', ..]) => first = Some(line),
+                (None, [b'1', b' ', ..]) => {
+                    if let Some(fact) = no_such_day(line) {
+                        return Err(at(k + 1, fact, DAY));
+                    }
+                    first = Some(line);
+                }
                 (None, _) if name.is_none() => {
                     // Three-line files may start the name with `0 `.
                     name = Some(line.strip_prefix("0 ").unwrap_or(line).trim().to_string());

@@ -28,7 +28,7 @@ pub(super) fn triangles(file: &str, text: &str, scale: f64) -> Result<Triangles,
     crate::error::number("scale", scale, |x| x > 0.0, "metres for a unit of the file")?;
     let mut vertices: Vec<Vec3> = Vec::new();
     let (mut triangles, mut lines) = (Vec::new(), Vec::new());
-    for (k, raw) in text.lines().enumerate() {
+    for (k, raw) in crate::error::plain(text).lines().enumerate() {
         let place = || format!("{file}:{}", k + 1);
         let mut words = raw.split('#').next().unwrap_or("").split_whitespace();
         match words.next() {

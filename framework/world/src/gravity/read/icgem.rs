@@ -20,6 +20,7 @@ pub(super) fn read(file: &str, text: &str, keep: Keep) -> Result<Coefficients, W
         let words: Vec<&str> = text.split_whitespace().collect();
         match words[..] {
             [] => {}
+            [first, ..] if first.starts_with('#') => {}
             ["gfc", n, m, c, s, ..] => {
                 let n = whole(file, line, "degree", n)?;
                 let m = whole(file, line, "order", m)?;

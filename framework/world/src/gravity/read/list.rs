@@ -10,6 +10,11 @@ use super::{Header, Keep, Norm, Reading, float, whole, wrong};
 use crate::error::WorldError;
 use crate::gravity::coefficients::{Coefficients, TideSystem};
 
+/// Returns whether a trimmed line is neither empty nor a comment.
+fn content(line: &str) -> bool {
+    !line.is_empty() && !line.starts_with('#')
+}
+
 /// Unit of length in the header.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Length {
@@ -24,7 +29,7 @@ pub(super) fn read(
     length: Length,
 ) -> Result<Coefficients, WorldError> {
     let mut lines =
-        text.lines().enumerate().map(|(k, l)| (k + 1, l.trim())).filter(|(_, l)| !l.is_empty());
+        text.lines().enumerate().map(|(k, l)| (k + 1, l.trim())).filter(|(_, l)| content(l));
     let Some((line, first)) = lines.next() else {
         return Err(wrong(file, 0, "the file is empty".to_string(), "give a header and a list"));
     };

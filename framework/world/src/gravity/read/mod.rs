@@ -8,7 +8,7 @@ mod icgem;
 mod list;
 
 use super::coefficients::{Coefficients, DEGREE_MAX, TideSystem, normalisation};
-use crate::error::WorldError;
+use crate::error::{WorldError, plain};
 
 /// File format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,6 +42,7 @@ pub fn read(
     text: &str,
     keep: Keep,
 ) -> Result<Coefficients, WorldError> {
+    let text = plain(text);
     match format {
         Format::Gmat => gmat::read(file, text, keep),
         Format::Basilisk => list::read(file, text, keep, list::Length::Metres),

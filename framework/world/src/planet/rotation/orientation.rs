@@ -11,7 +11,7 @@
 //! missing in all these files and are neglected.
 
 use super::earth_parameters::EarthParameters;
-use crate::error::WorldError;
+use crate::error::{WorldError, plain};
 use crate::planet::Epoch;
 use std::f64::consts::TAU;
 
@@ -43,29 +43,31 @@ impl EarthOrientation {
     /// Another format, an invalid number or one that is impossible for the Earth, or a missing day.
     pub fn read(file: &str, text: &str) -> Result<Self, WorldError> {
         let mut table = Self { file: file.into(), days: Vec::new(), rows: Vec::new() };
-        let first = text.lines().find(|l| !l.trim().is_empty()).unwrap_or_default();
+        let text = plain(text);
+        let content = |l: &&str| !l.trim().is_empty() && !l.starts_with('#');
+        let first = text.lines().find(content).unwrap_or_default();
         // The unit is for dX and dY, ″.
-        let (unit, words): (f64, Box<dyn Fn(&str) -> Option<Words<'_>>>) = if first
-            .starts_with("DATE,MJD,")
-        {
-            let titles: Vec<&str> = first.trim().split(',').collect();
-            let names = ["MJD", "UT1-UTC", "X", "Y", "DX", "DY"];
-            let places = names.map(|n| titles.iter().position(|t| *t == n));
-            if let Some(k) = places.iter().position(Option::is_none) {
-                let fact = format!("there is no column `{}`", names[k]);
+        let (unit, words): (f64, Box<dyn Fn(&str) -> Option<Words<'_>>>) =
+            if first.starts_with("DATE,MJD,") {
+                let titles: Vec<&str> = first.trim().split(',').collect();
+                let names = ["MJD", "UT1-UTC", "X", "Y", "DX", "DY"];
+                let places = names.map(|n| titles.iter().position(|t| *t == n));
+                if let Some(k) = places.iter().position(Option::is_none) {
+                    let fact = format!("there is no column `{}`", names[k]);
+                    return Err(table.wrong(1, fact, KINDS));
+                }
+                let places = places.map(Option::unwrap_or_default);
+                let row = |l: &str| !l.starts_with("DATE") && !l.starts_with('#');
+                (1.0, Box::new(move |l| row(l).then(|| separated(l, ",", places))))
+            } else if text.lines().any(|l| l.starts_with("# YR") && l.contains("UT1-UTC(s)")) {
+                let places = [4, 7, 5, 6, 8, 9];
+                (1.0, Box::new(move |l| (!l.starts_with('#')).then(|| separated(l, " ", places))))
+            } else if finals(first).is_some() {
+                (1e-3, Box::new(finals))
+            } else {
+                let fact = "not a supported format of Earth orientation tables".to_string();
                 return Err(table.wrong(1, fact, KINDS));
-            }
-            let places = places.map(Option::unwrap_or_default);
-            (1.0, Box::new(move |l| (!l.starts_with("DATE")).then(|| separated(l, ",", places))))
-        } else if text.lines().any(|l| l.starts_with("# YR") && l.contains("UT1-UTC(s)")) {
-            let places = [4, 7, 5, 6, 8, 9];
-            (1.0, Box::new(move |l| (!l.starts_with('#')).then(|| separated(l, " ", places))))
-        } else if finals(first).is_some() {
-            (1e-3, Box::new(finals))
-        } else {
-            let fact = "not a supported format of Earth orientation tables".to_string();
-            return Err(table.wrong(1, fact, KINDS));
-        };
+            };
         for (k, line) in text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty()) {
             let Some(words) = words(line) else { continue };
             // The file does not have a prediction for these days yet.

@@ -8,7 +8,7 @@
 //! NAIF, *PCK Required Reading* and *Kernel Required Reading*. [`PckKernel`](super::PckKernel) reads binary kernels.
 
 use super::iau::{IauRotation, IauTerm};
-use crate::error::WorldError;
+use crate::error::{WorldError, plain};
 use std::collections::BTreeMap;
 
 /// Values of a text kernel, by name.
@@ -33,6 +33,7 @@ impl PckConstants {
             fact,
             help,
         };
+        let text = plain(text);
         if text.starts_with("DAF/") {
             let fact = "this is a binary kernel".to_string();
             return Err(wrong(1, fact, "read its bytes, or use a text kernel (.tpc)"));
