@@ -130,7 +130,7 @@ fn warn_of_variables_without_port(
 ) {
     let ticks = possible(d, kind);
     let (clocks, left): (Vec<_>, Vec<_>) = without_port(d)
-        .filter(|v| !p.start.sets(&v.name) && !(ticks && is_served(v)))
+        .filter(|v| !(p.start.sets(&v.name) || ticks && is_served(v)))
         .partition(|v| v.kind == VariableKind::Clock);
     if !clocks.is_empty() {
         let clock = |v: &&FmiVariable| match v.causality {
