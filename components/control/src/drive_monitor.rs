@@ -29,7 +29,7 @@ pub struct DriveMonitorParams {
     #[param(default = 1e9, range = 0.0..)]
     pub slip_max: f64,
     /// Wheel travel between two checks of slip.
-    #[param(unit = "m", default = 0.5, range = 1e-3..)]
+    #[param(unit = "m", default = 0.5, range = 1e-3.., needs = "slip_max != 1e9")]
     pub slip_distance: f64,
 }
 

@@ -11,7 +11,10 @@ use linkwork_surroundings::prelude::*;
 #[derive(Params, Clone, Debug)]
 pub struct GeneratedParams {
     /// Seed; equal seeds give the same terrain.
-    #[param(default = 1)]
+    #[param(
+        default = 1,
+        needs = "relief or craters or crater_age_gyr or rock_cover or dunes or landforms"
+    )]
     pub seed: u64,
     /// Extent along x and y, centred on the origin, m.
     #[param(default = [100.0, 100.0])]
@@ -35,7 +38,7 @@ pub struct GeneratedParams {
     #[param(default = 0)]
     pub craters: u32,
     /// Smallest and largest crater diameter, m.
-    #[param(default = [1.0, 10.0])]
+    #[param(default = [1.0, 10.0], needs = "craters or crater_age_gyr")]
     pub crater_diameters: [f64; 2],
     /// Age of the surface in Gyr: it has the craters of the Moon's size-frequency law for that age, each degraded since its formation, in addition to
     /// `craters`; 0: none.
@@ -54,13 +57,13 @@ pub struct GeneratedParams {
     #[param(default = 0.0, range = 0.0..=0.5)]
     pub rock_cover: f64,
     /// Smallest and largest rock diameter, m.
-    #[param(default = [0.1, 0.8])]
+    #[param(default = [0.1, 0.8], needs = "rock_cover")]
     pub rock_diameters: [f64; 2],
     /// Least and greatest fraction of a rock's height that is buried; with ½ a rock rises above the ground by half its width.
     #[param(default = [0.5, 0.5], needs = "rock_cover")]
     pub rock_burial: [f64; 2],
     /// Discs without rocks and craters: x, y and radius, m.
-    #[param(unit = "m", default = vec![])]
+    #[param(unit = "m", default = vec![], needs = "craters or crater_age_gyr or rock_cover")]
     pub clear: Vec<[f64; 3]>,
     /// Moves the height at x = y = 0 to z = 0.
     #[param(default = true)]

@@ -215,7 +215,7 @@ pub struct FlatParams {
     #[param(unit = "rad", default = 0.0, range = 0.0..1.5)]
     pub slope: f64,
     /// Uphill direction, from x towards y.
-    #[param(unit = "rad", default = 0.0)]
+    #[param(unit = "rad", default = 0.0, needs = "slope")]
     pub uphill: f64,
     /// Side of the square map, centred on the origin.
     #[param(unit = "m", default = 1000.0, range = 1e-3..)]

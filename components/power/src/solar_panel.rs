@@ -7,7 +7,7 @@
 //! ```
 //! T is the total fraction of the light that reaches the ground. `T = 1/(1 + 0.16 τ/cos Z)` is a two-stream form with an
 //! asymmetry typical of Martian dust: an engineering fit, not a table. With τ = 0 (Moon, space) only the beam remains. Both are zero in the shadow of
-//! a body of the world and below the horizon.
+//! a body of the world and below the horizon. Edges of penumbra and umbra, also those at the horizon, are events.
 
 use linkwork_surroundings::prelude::*;
 
@@ -101,6 +101,7 @@ impl Model for SolarPanel {
     type Params = SolarPanelParams;
     type FeedthroughInputs = SolarPanelIn;
     type FeedthroughOutputs = SolarPanelOut;
+    type Guards = ShadowEdges;
     fn build(p: SolarPanelParams) -> Result<Self, BuildError> {
         if p.optical_depth > 0.0 && p.world.as_ref().is_some_and(|w| w.axes() == Axes::Inertial) {
             let fact = format!(
@@ -131,6 +132,13 @@ impl Model for SolarPanel {
             irradiance: light,
             cosine: n.dot(&sun.direction),
         }
+    }
+    fn guards(&self, clock: &Clock, u: &SolarPanelIn) -> ShadowEdges {
+        ShadowEdges::of(&self.p.sun.light(clock.t, &u.panel.position))
+    }
+    /// The event has no state: the step only ends at the edge of the shadow.
+    fn handle_event(&self) -> ((), ()) {
+        ((), ())
     }
 }
 

@@ -206,10 +206,24 @@ fn balances(all: &Balances) {
         let checked = report.parts.values().any(|part| part.residual.is_some());
         let largest = number(carried);
         match checked {
-            true => say!(
-                "balance of {name}: residual {} {unit} ({share:.2} % of {largest} {unit}, the largest amount of one part)",
-                number(left)
-            ),
+            true => {
+                let uncertain: Vec<String> = (report.parts.iter())
+                    .filter(|(_, part)| part.is_uncertain())
+                    .map(|(path, part)| format!("{} {unit} in `{path}`", number(part.uncertainty)))
+                    .collect();
+                let closed = match (report.not_closed.len(), uncertain.len()) {
+                    (0, 0) => "closed".to_string(),
+                    (0, _) => format!(
+                        "closed within the uncertainty of samples ({})",
+                        uncertain.join(", ")
+                    ),
+                    _ => format!("not closed for `{}`", report.not_closed.join("`, `")),
+                };
+                say!(
+                    "balance of {name}: {closed}, residual {} {unit} ({share:.2} % of {largest} {unit}, the largest amount of one part)",
+                    number(left)
+                );
+            }
             false => {
                 let why = match report.not_counted.is_empty() {
                     true => "not checked, because all parts only transmit it".to_string(),

@@ -4,6 +4,7 @@
 use crate::contradictions;
 use crate::site::{Axes, Site};
 use linkwork_collision::relief::{GridFault, Lattice, Relief};
+use linkwork_runtime::prelude::Ports;
 use linkwork_runtime::{AU, BuildError, Contradiction, Provided, Services};
 use linkwork_spatial::{Mat3, Vec3};
 
@@ -311,6 +312,26 @@ impl Light {
     #[must_use]
     pub fn pressure(&self) -> f64 {
         self.irradiance / SPEED_OF_LIGHT
+    }
+}
+
+/// Guards of a model whose output depends on sunlight: the edges at which the light begins to fade and at which it ends. A step of the
+/// integrator ends there, so that no shadow is missed.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct ShadowEdges {
+    /// Angle to the outer edge of the penumbra, positive in the light.
+    #[port("rad")]
+    pub penumbra: f64,
+    /// Angle to the umbra (or the antumbra), negative inside.
+    #[port("rad")]
+    pub umbra: f64,
+}
+
+impl ShadowEdges {
+    /// Returns the guards for this light.
+    #[must_use]
+    pub fn of(light: &Light) -> ShadowEdges {
+        ShadowEdges { penumbra: light.penumbra, umbra: light.umbra }
     }
 }
 

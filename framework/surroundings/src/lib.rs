@@ -16,8 +16,8 @@ mod world;
 
 pub use contradictions::site_of;
 pub use environment::{
-    Air, Atmosphere, Gravity, Ground, Light, Rock, SOLAR_CONSTANT, SPEED_OF_LIGHT, Soil, Sun,
-    SunState, Surface, Terrain,
+    Air, Atmosphere, Gravity, Ground, Light, Rock, SOLAR_CONSTANT, SPEED_OF_LIGHT, ShadowEdges,
+    Soil, Sun, SunState, Surface, Terrain,
 };
 pub use scenery::{PLAIN, Scenery, Sight};
 pub use site::{Axes, Site};
@@ -28,8 +28,8 @@ pub use world::{Geographic, PlainWorld, World};
 /// Names that authors of models import: the prelude of the runtime, and the services of this crate.
 pub mod prelude {
     pub use crate::{
-        Air, Atmosphere, Axes, Geographic, Gravity, Ground, Light, Rock, Scenery, Site, Soil, Sun,
-        SunState, Surface, Terrain, Vertical, World,
+        Air, Atmosphere, Axes, Geographic, Gravity, Ground, Light, Rock, Scenery, ShadowEdges,
+        Site, Soil, Sun, SunState, Surface, Terrain, Vertical, World,
     };
     pub use linkwork_runtime::prelude::*;
 }

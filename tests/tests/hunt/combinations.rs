@@ -118,10 +118,10 @@ const CASES: &[Case] = &[
     Case {
         report: "textbook: a solid motor against ambient pressure",
         text: r#"bodies: { "s": (parent: "world", hinge: Slider([0,0,1]), mass: 100, inertia: Sphere(0.2)) }, gravity: "none",
-        parts: { "S": (model: "flight.solid_motor", params: { "curve": [[0, 1000],[2, 1000],[2.5, 0]], "specific_impulse": 250, "exit_area": "0.002 m^2", "start": "1.25 s" }, bind: { "nozzle": "node:s" }), "P": (model: "basics.constant", params: { "value": 101325 }) },
-        wires: ["P.y -> S.pressure"],
+        parts: { "S": (model: "flight.solid_motor", params: { "curve": [[0, 1000],[2, 1000],[2.5, 0]], "specific_impulse": 250, "exit_area": "0.002 m^2", "start": "1.25 s" }, bind: { "nozzle": "node:s" }), "F": (model: "flight.ideal_feed"), "P": (model: "basics.constant", params: { "value": 101325 }) },
+        wires: ["P.y -> S.pressure"], connect: [("S.propellant", "F.outlet")],
         step: "0.7 s", until: "10 s", integrator: "dormand_prince_54",
-        metrics: { "b": (of: "S.burnt"), "max": (of: "S.thrust", take: "max") }"#,
+        metrics: { "b": (of: "F.drawn"), "max": (of: "S.thrust", take: "max") }"#,
         want: &[("b", 0.917_744_591_68, 1e-6), ("max", 797.35, 1e-6)],
     },
     Case {

@@ -326,10 +326,10 @@ const CASES: &[Case] = &[
     Case {
         report: "textbook: total impulse of a thrust curve, and nothing after its end",
         text: r#"bodies: { "a": (parent: "world", hinge: Slider([0, 0, 1]), mass: 2, inertia: [1, 1, 1]) },
-        parts: { "M": (model: "flight.solid_motor", params: { "curve": [[0, 0], [0.1, 60], [1.55, 20], [2, 0]], "specific_impulse": 200, "start": 0.333 }, bind: { "nozzle": "node:a" }) },
-        gravity: "none", step: "0.5 s", until: "4 s",
+        parts: { "M": (model: "flight.solid_motor", params: { "curve": [[0, 0], [0.1, 60], [1.55, 20], [2, 0]], "specific_impulse": 200, "start": 0.333 }, bind: { "nozzle": "node:a" }), "F": (model: "flight.ideal_feed") },
+        connect: [("M.propellant", "F.outlet")], gravity: "none", step: "0.5 s", until: "4 s",
         // 3 + 58 + 4.5 N s over 2 kg.
-        metrics: { "v": (of: "a.speed"), "burnt": (of: "M.burnt"), "thrust": (of: "M.thrust") }"#,
+        metrics: { "v": (of: "a.speed"), "burnt": (of: "F.drawn"), "thrust": (of: "M.thrust") }"#,
         want: &[
             ("v", 32.75, 1e-6),
             ("burnt", 65.5 / (200.0 * 9.806_65), 1e-9),
@@ -339,10 +339,10 @@ const CASES: &[Case] = &[
     Case {
         report: "openrocket PR 519, PR 1221: a thrust curve that begins and ends with a thrust, and nothing after its end",
         text: r#"bodies: { "a": (parent: "world", hinge: Slider([0, 0, 1]), mass: 2, inertia: [1, 1, 1]) },
-        parts: { "M": (model: "flight.solid_motor", params: { "curve": [[0, 100], [1, 100], [2, 40]], "specific_impulse": 200, "start": 0.125 }, bind: { "nozzle": "node:a" }) },
-        gravity: "none", step: "0.5 s", until: "4 s",
+        parts: { "M": (model: "flight.solid_motor", params: { "curve": [[0, 100], [1, 100], [2, 40]], "specific_impulse": 200, "start": 0.125 }, bind: { "nozzle": "node:a" }), "F": (model: "flight.ideal_feed") },
+        connect: [("M.propellant", "F.outlet")], gravity: "none", step: "0.5 s", until: "4 s",
         // 100 + 70 N s over 2 kg.
-        metrics: { "v": (of: "a.speed"), "burnt": (of: "M.burnt"), "thrust": (of: "M.thrust") }"#,
+        metrics: { "v": (of: "a.speed"), "burnt": (of: "F.drawn"), "thrust": (of: "M.thrust") }"#,
         want: &[
             ("v", 85.0, 1e-6),
             ("burnt", 170.0 / (200.0 * 9.806_65), 1e-9),

@@ -5,6 +5,7 @@ mod attitude;
 mod combinations;
 mod dynamics;
 mod flight;
+mod reported;
 mod reviews;
 mod rover;
 mod runtime;

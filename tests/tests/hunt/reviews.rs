@@ -47,6 +47,34 @@ fn every_model_of_the_catalogue_is_reviewed() {
     );
 }
 
+/// Returns the number of rows of a table whose first cell names a public report by a number of its tracker.
+fn with_reports(text: &str) -> usize {
+    let named = |cell: &str| {
+        let digit = |rest: &str| rest.starts_with(|c: char| c.is_ascii_digit());
+        cell.split('#').skip(1).any(digit) || cell.split("PR ").skip(1).any(digit)
+    };
+    let cells = text.lines().filter_map(|line| line.strip_prefix('|')?.split('|').next());
+    cells.filter(|cell| named(cell)).count()
+}
+
+/// The numbers of reports in the README are those of the tables, and every area that was searched has at least ten.
+#[test]
+fn the_numbers_of_reports_are_those_of_the_tables() {
+    let folder = linkwork_tests::root().join("tests/hunt");
+    let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+    let (mut all, mut tables) = (0, 0);
+    for line in read("README.md").lines().filter(|line| line.starts_with("| [")) {
+        let cells: Vec<&str> = line.trim_matches('|').split('|').map(str::trim).collect();
+        let page = cells[0].split_once('(').and_then(|c| c.1.split_once(')')).unwrap().0;
+        let stated: usize = cells[2].split([',', ' ']).next().unwrap().parse().unwrap();
+        assert_eq!(stated, with_reports(&read(page)), "{page}");
+        assert!(stated >= 10 || page == "combinations.md", "{page}: {stated} reports");
+        (all, tables) = (all + stated, tables + 1);
+    }
+    assert!(tables == 13 && all >= 100, "{tables} tables, {all} reports");
+    assert_eq!(with_reports("| a #12 | b #1 |\n|---|---|\n| c | d #3 |\n| e PR 7; f | - |"), 2);
+}
+
 /// Tests the check with a table that lacks a model, has one twice and has one that does not exist.
 #[test]
 fn names_of_a_row_are_read() {

@@ -7,6 +7,7 @@ mod campaigns;
 mod conditions;
 mod corners;
 mod determinism;
+mod flows;
 mod idle;
 mod jumps;
 mod linear;

@@ -1,11 +1,11 @@
 //! `flight.solid_motor`: a solid rocket motor whose thrust follows a curve after ignition.
 //! ```text
 //! T = max(0, T_curve(t − t₀) − p A_e)  while it burns        ṁ = T_curve/(I_sp g₀)
-//! burnt so far   ∫ T_curve dt/(I_sp g₀)
 //! ```
-//! For steps of fixed methods T is the mean of max(0, …) over the step.
-//! It burns to the end of its curve, whatever the command is. Ignition, every row of the curve and the end
-//! are events. Wire its flow to a `flight.drain` of a `flight.propellant_tank`, or to another part that represents its mass.
+//! In steps of fixed methods, T and ṁ are means over the step.
+//! A command does not stop the motor. It burns to the end of its curve, or until its grain is used up: a `flight.propellant_tank` that is connected to
+//! `propellant`. A grain that is used up before the end of the curve causes a warning. A motor that has gone out never burns again, also if its tank is filled.
+//! Ignition, every row of the curve and the end are events.
 
 use crate::table::Curve;
 use linkwork_runtime::prelude::*;
@@ -39,6 +39,9 @@ pub struct MotorIn {
     /// Ignition command: the motor ignites at ½ or above, unless `start` is written.
     #[port("1", default = 0.0)]
     pub ignite: f64,
+    /// Connection to the grain: a tank, or `flight.ideal_feed`.
+    #[port(connector)]
+    pub propellant: Propellant,
     /// Ambient pressure.
     #[port("Pa", default = 0.0)]
     pub pressure: f64,
@@ -53,18 +56,15 @@ pub struct MotorOut {
     /// Thrust.
     #[port("N")]
     pub thrust: f64,
-    /// Mass flow of the propellant.
-    #[port("kg/s")]
-    pub flow: f64,
-    /// Propellant burnt so far.
-    #[port("kg")]
-    pub burnt: f64,
+    /// Propellant that it takes.
+    #[port(connector)]
+    pub propellant: MassFlow,
 }
 
 /// Progress of the burn.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Burn {
-    /// Rows of the curve that have been passed; 0: not lit.
+    /// Rows of the curve that have been passed; 0: not lit; all rows: the motor has gone out.
     #[port("1")]
     pub rows: f64,
     /// Time of ignition.
@@ -72,13 +72,19 @@ pub struct Burn {
     pub lit: f64,
 }
 
-/// The next row.
+/// The next row, and the end of the grain.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct NextRow {
     /// Time since the next row of the curve, or command minus ½.
     #[port("*", rising)]
     pub since: f64,
+    /// Positive if the motor burns but its grain is used up.
+    #[port("1", rising)]
+    pub starved: f64,
 }
+
+/// Index of a guard in [`NextRow`].
+const STARVED: usize = 1;
 
 /// Returns the mean of max(0, y) for a y that changes linearly from `a` to `b`. NaN stays NaN.
 fn mean_above(a: f64, b: f64) -> f64 {
@@ -96,6 +102,18 @@ fn mean_above(a: f64, b: f64) -> f64 {
 pub struct SolidMotor {
     p: SolidMotorParams,
     curve: Curve,
+}
+
+impl SolidMotor {
+    /// Mass (kg) that the curve burns from one time since ignition (s) to another.
+    fn mass(&self, [from, to]: [f64; 2]) -> f64 {
+        (self.curve.integral(to) - self.curve.integral(from)) / (self.p.specific_impulse * G0)
+    }
+
+    /// Returns whether the motor burns.
+    fn burns(&self, d: &Burn) -> bool {
+        d.rows > 0.5 && (d.rows as usize) < self.p.curve.len()
+    }
 }
 
 /// A solid rocket motor with a thrust curve.
@@ -133,19 +151,11 @@ impl Model for SolidMotor {
     fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
         crate::engine::needs_pressure(self.p.exit_area)
     }
-    fn must_be_read(&self) -> Vec<(&'static str, BuildError)> {
-        let fact = "no part takes the flow, so the mass of its body stays constant during the burn";
-        let help =
-            "wire `flow` to a `flight.drain` that is connected to a `flight.propellant_tank`";
-        vec![("flow", BuildError::new(fact).help(help))]
-    }
     fn feedthrough(&self, clock: &Clock, d: &Burn, u: &MotorIn) -> MotorOut {
         let p = &self.p;
-        let total = self.curve.integral(self.curve.ends()[1]) / (p.specific_impulse * G0);
-        let over = d.rows as usize >= p.curve.len();
-        if d.rows < 0.5 || over {
-            let burnt = if over { total } else { 0.0 };
-            return MotorOut { load: Wrench::zero(), thrust: 0.0, flow: 0.0, burnt };
+        if !self.burns(d) || !u.propellant.available {
+            let propellant = MassFlow { flow: 0.0 };
+            return MotorOut { load: Wrench::zero(), thrust: 0.0, propellant };
         }
         let since = (clock.t - d.lit).max(0.0);
         let back = u.pressure * p.exit_area;
@@ -164,8 +174,7 @@ impl Model for SolidMotor {
         MotorOut {
             load: Wrench { moment: Vec3::zeros(), force },
             thrust,
-            flow: vacuum / (p.specific_impulse * G0),
-            burnt: self.curve.integral(since) / (p.specific_impulse * G0),
+            propellant: MassFlow { flow: vacuum / (p.specific_impulse * G0) },
         }
     }
     fn guards(&self, clock: &Clock, d: &Burn, u: &MotorIn) -> NextRow {
@@ -174,14 +183,33 @@ impl Model for SolidMotor {
         } else {
             self.p.curve.get(d.rows as usize).map_or(-1.0, |row| clock.t - d.lit - row[0])
         };
-        NextRow { since }
+        let starved = self.burns(d) && !u.propellant.available;
+        NextRow { since, starved: if starved { 1.0 } else { -1.0 } }
     }
-    fn handle_event(&self, clock: &Clock, d: &Burn) -> ((), Burn) {
+    fn handle_event(&self, clock: &Clock, fired: Fired<'_>, d: &Burn) -> ((), Burn) {
+        if fired.rose(STARVED) {
+            return ((), Burn { rows: self.p.curve.len() as f64, ..*d });
+        }
         // The motor is lit at `start` within the round-off of the event, or at once if the part is
         // added later.
         let at = self.p.start.filter(|start| clock.t - start < 1e-6).unwrap_or(clock.t);
         let lit = if d.rows < 0.5 { at } else { d.lit };
         ((), Burn { rows: d.rows + 1.0, lit })
+    }
+    fn runtime_warning(&self, clock: &Clock, fired: Fired<'_>, d: &Burn) -> Option<BuildError> {
+        let end = self.curve.ends()[1];
+        let (left, all) = (self.mass([clock.t - d.lit, end]), self.mass([0.0, end]));
+        // A grain may have the mass of the curve, rounded to a few digits.
+        if !fired.rose(STARVED) || left < 1e-4 * all {
+            return None;
+        }
+        let fact = format!(
+            "the grain is used up {:.3} s after ignition, but the curve burns for {end:.3} s and needs {all:.6} kg: the motor has gone out",
+            clock.t - d.lit
+        );
+        let help =
+            format!("write {left:.6} kg more propellant in the tank, or a curve that burns less");
+        Some(BuildError::new(fact).help(help))
     }
     fn startup_warnings(&self, clock: &Clock, d: &Burn) -> Vec<BuildError> {
         let waits = d.rows < 0.5;
@@ -203,30 +231,65 @@ impl Model for SolidMotor {
 mod tests {
     use super::*;
 
-    #[test]
-    fn it_burns_its_curve_and_no_more() {
-        let p = SolidMotorParams {
+    fn params() -> SolidMotorParams {
+        SolidMotorParams {
             curve: vec![[0.0, 0.0], [0.5, 1000.0], [3.5, 800.0], [4.0, 0.0]],
             specific_impulse: 250.0,
             exit_area: 0.01,
             start: None,
+        }
+    }
+
+    /// A motor whose grain is used up goes out, and a tank that is filled later does not light it again.
+    #[test]
+    fn a_grain_that_is_used_up_ends_the_burn() {
+        let m = SolidMotor::build(params()).unwrap();
+        let u = |available: bool| MotorIn {
+            nozzle: NodeState::identity(),
+            ignite: 1.0,
+            propellant: Propellant { available },
+            pressure: 0.0,
         };
+        let (at, burns) = (Clock::at(3.0, 0.001, 0), Burn { rows: 2.0, lit: 1.0 });
+        assert!(m.guards(&at, &burns, &u(true)).starved < 0.0);
+        // A motor that is not lit yet does not need its grain.
+        assert!(m.guards(&at, &Burn { rows: 0.0, lit: 0.0 }, &u(false)).starved < 0.0);
+        assert!(m.guards(&at, &burns, &u(false)).starved > 0.0);
+        let y = m.feedthrough(&at, &burns, &u(false));
+        assert!(y.thrust == 0.0 && y.propellant.flow == 0.0 && y.load == Wrench::zero());
+        let told = m.runtime_warning(&at, Fired::rising(STARVED), &burns).unwrap();
+        assert!(told.message.contains("2.000 s after ignition"), "{told:?}");
+        assert!(m.runtime_warning(&at, Fired::rising(0), &burns).is_none());
+        let out = m.handle_event(&at, Fired::rising(STARVED), &burns).1;
+        assert!(m.guards(&at, &out, &u(false)).starved < 0.0 && !m.burns(&out));
+        assert_eq!(m.feedthrough(&at, &out, &u(true)).thrust, 0.0);
+    }
+
+    #[test]
+    fn it_burns_its_curve_and_no_more() {
+        let p = params();
         let m = SolidMotor::build(p.clone()).unwrap();
-        let u = |ignite: f64| MotorIn { nozzle: NodeState::identity(), ignite, pressure: 5e3 };
+        let u = |ignite: f64| MotorIn {
+            nozzle: NodeState::identity(),
+            ignite,
+            propellant: Propellant { available: true },
+            pressure: 5e3,
+        };
         let at = |t: f64| Clock::at(t, 0.001, 0);
         let (mut d, mut flow, h) = (Burn { rows: 0.0, lit: 0.0 }, 0.0, 1e-3);
         assert!(m.guards(&at(1.0), &d, &u(0.0)).since < 0.0);
         for k in 0..8000 {
             let t = 1.0 + f64::from(k) * h;
             while m.guards(&at(t), &d, &u(1.0)).since >= -1e-9 {
-                d = m.handle_event(&at(t), &d).1;
+                d = m.handle_event(&at(t), Fired::rising(0), &d).1;
             }
-            flow += m.feedthrough(&at(t + 0.5 * h), &d, &u(1.0)).flow * h;
+            flow += m.feedthrough(&at(t + 0.5 * h), &d, &u(1.0)).propellant.flow * h;
         }
         let total = (250.0 + 2700.0 + 200.0) / (250.0 * G0);
         assert!((flow / total - 1.0).abs() < 1e-6, "{flow} {total}");
         let end = m.feedthrough(&at(9.0), &d, &u(1.0));
-        assert!(end.thrust == 0.0 && (end.burnt / total - 1.0).abs() < 1e-14);
+        assert!(end.thrust == 0.0 && end.propellant.flow == 0.0);
+        assert!((m.mass([0.0, 9.0]) / total - 1.0).abs() < 1e-14);
         let middle = m.feedthrough(&at(3.0), &Burn { rows: 2.0, lit: 1.0 }, &u(0.0));
         assert!((middle.thrust - (900.0 - 50.0)).abs() < 1e-12);
         // At the start of the curve, the ambient pressure exceeds the pressure of the jet.
@@ -238,7 +301,7 @@ mod tests {
         let span = Clock { span: Some([1.0, 1.2]), ..at(1.0) };
         let mean = m.feedthrough(&span, &begins, &u(0.0));
         assert!((mean.thrust - 0.5 * 350.0 * 0.175 / 0.2).abs() < 1e-9, "{}", mean.thrust);
-        assert!((mean.flow * 250.0 * G0 - 200.0).abs() < 1e-9);
+        assert!((mean.propellant.flow * 250.0 * G0 - 200.0).abs() < 1e-9);
         for curve in [vec![[0.1, 1.0], [1.0, 1.0]], vec![[0.0, 1.0]], vec![[0.0, 1.0], [1.0, -1.0]]]
         {
             let e = SolidMotor::build(SolidMotorParams { curve, ..p.clone() }).err().unwrap();

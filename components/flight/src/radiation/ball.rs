@@ -6,7 +6,6 @@
 //! Edges of penumbra and umbra are events: an adaptive integrator stops at them instead of rejecting steps there.
 //! The force acts at the node and gives no moment there.
 
-use super::Edges;
 use linkwork_surroundings::prelude::*;
 
 /// Shape and light.
@@ -56,7 +55,7 @@ impl Model for RadiationPressure {
     type Params = RadiationParams;
     type FeedthroughInputs = RadiationIn;
     type FeedthroughOutputs = RadiationOut;
-    type Guards = Edges;
+    type Guards = ShadowEdges;
     fn feedthrough(&self, clock: &Clock, u: &RadiationIn) -> RadiationOut {
         let light = self.p.sun.light(clock.t, &u.body.position);
         let pressure = light.visible * light.pressure();
@@ -64,8 +63,8 @@ impl Model for RadiationPressure {
         let load = Wrench { moment: Vec3::zeros(), force };
         RadiationOut { load, visible: light.visible, pressure }
     }
-    fn guards(&self, clock: &Clock, u: &RadiationIn) -> Edges {
-        Edges::of(&self.p.sun.light(clock.t, &u.body.position))
+    fn guards(&self, clock: &Clock, u: &RadiationIn) -> ShadowEdges {
+        ShadowEdges::of(&self.p.sun.light(clock.t, &u.body.position))
     }
     /// The event has no state: the integrator only restarts behind the edge of the shadow.
     fn handle_event(&self) -> ((), ()) {

@@ -8,7 +8,6 @@
 //! of penumbra and umbra are events. Panels do not shade each other: the model is correct for convex bodies and overestimates the force on others.
 //! The planet is a sphere; its light is computed by `linkwork_world::eclipse::planet_light`.
 
-use super::Edges;
 use crate::mesh::{MeshParams, some_panels};
 use linkwork_runtime::AU;
 use linkwork_surroundings::prelude::*;
@@ -111,7 +110,7 @@ impl Model for PanelRadiation {
     type Params = RadiationPanelParams;
     type FeedthroughInputs = LitIn;
     type FeedthroughOutputs = LitOut;
-    type Guards = Edges;
+    type Guards = ShadowEdges;
     fn build(mut p: RadiationPanelParams) -> Result<Self, BuildError> {
         for (k, panel) in p.panels.iter_mut().enumerate() {
             let refuse = |fact: String, help: &str| {
@@ -180,8 +179,8 @@ impl Model for PanelRadiation {
         let load = Wrench { moment: turn * moment, force: turn * force };
         LitOut { load, visible, pressure: sunlight, planet_pressure }
     }
-    fn guards(&self, clock: &Clock, u: &LitIn) -> Edges {
-        Edges::of(&self.p.sun.light(clock.t, &u.body.position))
+    fn guards(&self, clock: &Clock, u: &LitIn) -> ShadowEdges {
+        ShadowEdges::of(&self.p.sun.light(clock.t, &u.body.position))
     }
     /// The event has no state; it only restarts the integrator at the edge of the shadow.
     fn handle_event(&self) -> ((), ()) {

@@ -298,7 +298,7 @@ fn file_part(assembly: Text, mounts: Located, origin: Origin) -> PartForm {
 }
 
 fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>) -> Option<Loaded> {
-    let (kind, inner) = match v.value {
+    let (kind, mut inner) = match v.value {
         Value::Variant(kind, inner) if kind == "Simulation" || kind == "Assembly" => (kind, *inner),
         ref other => {
             let found = match other {
@@ -321,6 +321,10 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
     };
     // A resolved text does not have parameters of assemblies, so add a remark to the error.
     let remark = is_resolved(&inner).then_some(RESOLVED);
+    if remark.is_some() {
+        // The first run has reported settings without an effect.
+        inner.by_default();
+    }
     if kind == "Assembly" {
         let mut unmatched = Vec::new();
         let file = (&*kind, inner, v.origin);

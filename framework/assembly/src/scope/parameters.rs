@@ -206,7 +206,11 @@ pub(crate) fn bind(
                 continue;
             }
             let v = default(cx, at, origin, key, decl, &env);
-            let v = v.map(|v| bounded(cx, at, key, v));
+            let mut v = v.map(|v| bounded(cx, at, key, v));
+            // The defaults of the simulation itself are written by its user.
+            if let Some(v) = v.as_mut().filter(|_| origin != Origin::NONE) {
+                v.by_default();
+            }
             env.insert(key.clone(), v.unwrap_or_else(|| refused(key, origin)));
         }
         if waiting.len() == before {

@@ -49,7 +49,7 @@ impl Cx {
             Some((_, once)) => &once.keys,
             None => &self.keys,
         };
-        keys.get(&v.origin).copied().unwrap_or(v.origin)
+        keys.get(&Origin { default: false, ..v.origin }).copied().unwrap_or(v.origin)
     }
 
     /// Returns `file:line:column`, or a word if there is no file.

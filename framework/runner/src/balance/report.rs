@@ -21,6 +21,9 @@ pub struct Part {
     /// The residual; `None` for a part that exchanges with the surroundings of the simulation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub residual: Option<f64>,
+    /// The largest residual with which the balance is closed: 2 % of `carried`, plus `uncertainty`, plus 1e-6 of the largest stored amount.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
     /// Largest amount that one of its terms has exchanged, counting both directions.
     pub carried: f64,
     /// Bound of the quadrature error from jumps of sampled outputs, in fixed steps.
@@ -31,10 +34,15 @@ pub struct Part {
 }
 
 impl Part {
+    /// Returns whether it is closed only because of its `uncertainty`.
+    pub fn is_uncertain(&self) -> bool {
+        let without = self.tolerance.unwrap_or(0.0) - self.uncertainty;
+        self.residual.is_some_and(|r| r.abs() > without) && !self.is_open()
+    }
+
     /// Returns whether it must be closed and is not.
     pub fn is_open(&self) -> bool {
-        let most = TOLERANCE * self.carried + self.uncertainty + NEGLIGIBLE * self.stored;
-        self.residual.is_some_and(|r| !(r.abs() <= most))
+        self.residual.is_some_and(|r| !(r.abs() <= self.tolerance.unwrap_or(0.0)))
     }
 }
 
@@ -51,6 +59,9 @@ pub struct Report {
     pub residual: f64,
     /// Largest amount that a part has exchanged.
     pub carried: f64,
+    /// The parts whose balance is not closed.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub not_closed: Vec<String>,
     /// Exchanges that are not counted, such as contact by impulses. A part with such an exchange does not have a residual.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub not_counted: Vec<String>,
@@ -166,6 +177,14 @@ impl Balance {
             report.carried = report.carried.max(part.carried);
             report.parts.insert(terms.part.clone(), part);
         }
+        for (path, part) in &mut report.parts {
+            // Parts with a negligible exchange, such as round-off and starts from rest, are closed.
+            let own = TOLERANCE * part.carried + part.uncertainty + NEGLIGIBLE * part.stored;
+            part.tolerance = part.residual.map(|_| own.max(NEGLIGIBLE * report.carried));
+            if part.is_open() {
+                report.not_closed.push(path.clone());
+            }
+        }
         (!report.parts.is_empty()).then_some(report)
     }
 
@@ -178,11 +197,7 @@ impl Balance {
     pub fn warnings(&self) -> Vec<Fault> {
         let mut all = Vec::new();
         for (name, report) in self.report() {
-            // Ignore parts with a negligible exchange, such as round-off and starts from rest.
-            let least = NEGLIGIBLE * report.carried;
-            let open =
-                |part: &Part| part.is_open() && part.residual.is_some_and(|r| r.abs() > least);
-            for (path, part) in report.parts.iter().filter(|(_, part)| open(part)) {
+            for (path, part) in report.parts.iter().filter(|(_, part)| part.is_open()) {
                 let unit = report.unit;
                 let terms: Vec<String> = part
                     .terms
@@ -190,12 +205,13 @@ impl Balance {
                     .map(|(name, y)| format!("{name} {} {unit}", number(*y)))
                     .collect();
                 let fact = format!(
-                    "the balance of {name} of `{path}` is not closed: the residual is {} {unit} of {} {unit} ({})",
+                    "the balance of {name} of `{path}` is not closed: the residual is {} {unit}, but at most {} {unit} of {} {unit} are accepted ({})",
                     number(part.residual.unwrap_or(f64::NAN)),
+                    number(part.tolerance.unwrap_or(f64::NAN)),
                     number(part.carried),
                     terms.join(", ")
                 );
-                let help = "use a shorter `step` or smaller tolerances in `accuracy`; if the residual remains, the model does not conserve the quantity. `balance: false` disables balances";
+                let help = "use a shorter `step`, an `integrator` of higher order, or smaller tolerances in `accuracy`; if the residual remains, the model does not conserve the quantity. `balance: false` disables balances";
                 let origin = self.parts.iter().find(|p| p.part == *path).map(|p| p.origin);
                 let origin = origin.unwrap_or(linkwork_runtime::Origin::NONE);
                 all.push(Fault::new(origin, fact).help(help));

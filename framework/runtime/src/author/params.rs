@@ -385,8 +385,8 @@ impl<'a> ReadCx<'a> {
     pub fn settings_of(&mut self, map: &Located, specs: &[ParamSpec]) {
         for spec in specs {
             let (Some(needs), Some(own)) = (spec.needs, map.get(spec.name)) else { continue };
-            // A value that equals the default asks for nothing.
-            if spec.default.as_ref().is_some_and(|d| *d == own.value) {
+            // A value that equals the default, or that is the default of an assembly, asks for nothing.
+            if own.origin.default || spec.default.as_ref().is_some_and(|d| *d == own.value) {
                 continue;
             }
             let owner = format!("`{}`", self.path);

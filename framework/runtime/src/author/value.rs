@@ -15,15 +15,19 @@ pub struct Origin {
     pub end: u32,
     /// The call that built the value, if a program built it.
     pub call: Option<&'static Location<'static>>,
+    /// The user did not write the value for this instance: it is the default of a parameter of an assembly, or is in a resolved text, which states all
+    /// defaults.
+    pub default: bool,
 }
 
 impl Origin {
     /// Neither from a file nor from a known call.
-    pub const NONE: Origin = Origin { file: u32::MAX, start: 0, end: 0, call: None };
+    pub const NONE: Origin =
+        Origin { file: u32::MAX, start: 0, end: 0, call: None, default: false };
 
     /// The given bytes of a file.
     pub const fn in_file(file: u32, start: u32, end: u32) -> Origin {
-        Origin { file, start, end, call: None }
+        Origin { file, start, end, ..Origin::NONE }
     }
 
     /// The call of the function that calls this one; every function between it and the user's code carries `#[track_caller]`.
@@ -102,6 +106,17 @@ impl Located {
         match &self.value {
             Value::Map(entries) => entries.iter().find(|(k, _)| k == key).map(|(_, v)| v),
             _ => None,
+        }
+    }
+
+    /// Marks this value, and every value inside it, as a default that the user did not write ([`Origin::default`]).
+    pub fn by_default(&mut self) {
+        self.origin.default = true;
+        match &mut self.value {
+            Value::List(items) => items.iter_mut().for_each(Located::by_default),
+            Value::Map(entries) => entries.iter_mut().for_each(|(_, v)| v.by_default()),
+            Value::Variant(_, inner) => inner.by_default(),
+            _ => {}
         }
     }
 

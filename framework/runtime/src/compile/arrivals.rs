@@ -205,8 +205,9 @@ impl Sorted {
                     let spec = d.params.iter().find(|p| p.name == name);
                     let default = spec.and_then(|p| p.default.as_ref());
                     let Some(own) = part.spec.params.get(name) else { continue };
-                    // A value that equals the default requests nothing, and `needs` is judged elsewhere.
-                    if default == Some(&own.value) || spec.is_some_and(|p| p.needs.is_some()) {
+                    // A value that equals the default, or that is the default of an assembly, requests nothing. `needs` is judged elsewhere.
+                    let by_default = own.origin.default || default == Some(&own.value);
+                    if by_default || spec.is_some_and(|p| p.needs.is_some()) {
                         continue;
                     }
                     (name, own.origin)
