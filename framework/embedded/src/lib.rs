@@ -6,8 +6,8 @@
 //! ```
 //! Names are looked up once, in the model; the handles ([`Part`], [`Object`]) are `Copy`. No call allocates after [`Robot::new`], including calls
 //! that return errors. The two exceptions are lists that are too short for a result, and a `Transfer` whose profile fails by round-off, because
-//! rsruckig then formats a text. No call depends on earlier calls of the instance: equal inputs give bit-identical results. The crate uses no
-//! clock, no thread and no log.
+//! rsruckig then formats a text. No call depends on earlier calls of the instance: equal inputs give bit-identical results, on Linux on
+//! every machine, because the crate has its own mathematical functions (`linkwork-maths`). The crate uses no clock, no thread and no log.
 //!
 //! Files with mass properties that no rigid body can have are read; `RobotModel::doubtful` returns warnings with link and numbers (with
 //! `Unphysical::Refused` such files are errors).
@@ -87,6 +87,8 @@
 //! # }
 //! ```
 #![allow(non_snake_case)]
+// The mathematical functions of `linkwork-maths` are bit-identical on every machine.
+extern crate linkwork_maths as _;
 
 mod bounded;
 mod closed_form;

@@ -261,3 +261,46 @@ fn long_runs_need_no_more_memory() {
     println!("peak of 1 min {one:.1} MB, of 10 min {ten:.1} MB");
     assert!(one > 1.0 && ten < one + 20.0, "1 min: {one:.1} MB, 10 min: {ten:.1} MB");
 }
+
+/// The balances are printed at the end of a run, and are in the summary with their tolerance. A part whose balance is not closed is named in both.
+#[test]
+fn balances_are_printed_with_their_tolerance() {
+    let lab = Lab::new();
+    // A step of 15 ms on a motor with a time constant of 7 ms is stable but inaccurate.
+    let motor = |step: &str| {
+        format!(
+            r#"Simulation(
+        bodies: {{ "wheel": (parent: "world", hinge: Pin([0, 0, 1]), mass: 2, inertia: [0.1, 0.1, 0.01]) }}, gravity: "none",
+        parts: {{
+            "Supply": (model: "power.ideal_supply", params: {{ "voltage": 24 }}),
+            "Volts": (model: "basics.sine", params: {{ "amplitude": 20, "frequency": 20 }}),
+            "Motor": (model: "actuators.dc_motor", bind: {{ "shaft": "hinge:wheel" }}, params: {{ "resistance": 1, "torque_constant": 0.05, "gear": 20 }}),
+        }},
+        connect: [("Motor.supply", "Supply.terminal")], wires: ["Volts.y -> Motor.volts"],
+        step: "{step}", integrator: "rk4", until: "3 s",
+    )"#
+        )
+    };
+    for (name, step, closed) in [("fine", "1 ms", true), ("coarse", "15 ms", false)] {
+        lab.write("sim.ron", &motor(step));
+        let said = lab.run("sim.ron", name, &[]).code(0);
+        let printed = format!("{}{}", said.out, said.err);
+        let energy = &lab.summary(name)["balances"]["energy"];
+        let part = &energy["parts"]["Mechanism"];
+        let [residual, tolerance] = ["residual", "tolerance"]
+            .map(|key| part[key].as_f64().unwrap_or_else(|| panic!("{energy}")));
+        assert_eq!(residual.abs() <= tolerance, closed, "{energy}");
+        let line = |text: &str| printed.lines().any(|line| line.starts_with(text));
+        if closed {
+            assert!(line("balance of energy: closed, residual"), "{printed}");
+            assert!(energy.get("not_closed").is_none() && !printed.contains("is not closed"));
+        } else {
+            assert!(line("balance of energy: not closed for `Mechanism`"), "{printed}");
+            assert_eq!(energy["not_closed"], serde_json::json!(["Mechanism"]), "{energy}");
+            assert!(
+                printed.contains("the balance of energy of `Mechanism` is not closed"),
+                "{printed}"
+            );
+        }
+    }
+}

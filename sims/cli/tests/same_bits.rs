@@ -255,18 +255,25 @@ fn a_resumed_run_keeps_the_log_of_what_came_before() {
 #[test]
 fn the_program_takes_no_mathematical_function_of_the_c_library() {
     let program = std::path::Path::new(env!("CARGO_BIN_EXE_linkwork"));
-    // The library of exported units is checked as well.
+    // The libraries of exported units and of the embedded robot model are checked as well.
     let folder = program.parent().unwrap();
     let places = [folder.to_path_buf(), folder.join("deps")];
-    let unit =
-        places.iter().map(|place| place.join("liblinkwork_unit.so")).find(|file| file.exists());
-    let unit = unit.expect("the library of exported units is built with the program");
+    let library = |name: &str| {
+        let built = |place: &std::path::PathBuf| {
+            let file = place.join(name);
+            Some((file.metadata().ok()?.modified().ok()?, file))
+        };
+        // An older one may be left from another build.
+        let newest = places.iter().filter_map(built).max();
+        newest.unwrap_or_else(|| panic!("{name} is built with the tests of the workspace")).1
+    };
+    let [unit, robot] = ["liblinkwork_unit.so", "liblinkwork_robot.so"].map(library);
     let names = [
         "sin", "cos", "sincos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh",
         "asinh", "acosh", "atanh", "exp", "exp2", "exp10", "expm1", "log", "log2", "log10",
         "log1p", "pow", "cbrt", "hypot", "tgamma", "lgamma", "lgamma_r", "erf", "erfc",
     ];
-    for file in [program, &unit] {
+    for file in [program, &unit, &robot] {
         let Ok(listed) = std::process::Command::new("nm").arg("-D").arg(file).output() else {
             assert!(std::env::var_os("CI").is_none(), "there is no `nm`");
             println!("skipped: there is no `nm`");
@@ -284,6 +291,10 @@ fn the_program_takes_no_mathematical_function_of_the_c_library() {
             .filter(|name| names.contains(name) || names.contains(&name.trim_end_matches('f')))
             .collect();
         assert!(bad.is_empty(), "{}: {bad:?}", file.display());
+        // A program that is linked with the library of the robot model keeps the functions of the C library.
+        let given = |line: &&str| names.iter().any(|name| line.ends_with(&format!(" T {name}")));
+        let given: Vec<&str> = text.lines().filter(given).collect();
+        assert!(*file != *robot || given.is_empty(), "{}: {given:?}", file.display());
     }
 }
 

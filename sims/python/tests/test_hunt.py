@@ -156,13 +156,7 @@ def test_a_reset_acts_at_once_and_an_action_is_held(tmp_path):
 def test_episodes_of_one_seed_are_the_same(tmp_path):
     """gymnasium: reset(seed) repeats the episode, another seed gives another one."""
     noisy = tmp_path / "noisy.ron"
-    noisy.write_text(
-        """Simulation(
-            bodies: { "bob": (parent: "world", hinge: Pin([0, 1, 0]), mass: 1, inertia: [1, 1, 1], initial: (rate: 1)) },
-            parts: { "S": (model: "sensors.attitude", rate: "100 Hz", params: { "rate_sigma": 0.1 }, bind: { "mount": "node:bob" }) },
-            gravity: "none", step: "1 ms",
-        )"""
-    )
+    noisy.write_text(NOISY)
 
     def episode(seed):
         sim = lw.Simulation(str(noisy), seed=seed)
@@ -180,3 +174,82 @@ def test_a_loop_of_periods_does_not_drift():
         sim.run_until(sim.time + 0.02)
         rounds += 1
     assert (rounds, sim.time) == (50, 1.0)
+
+
+def test_a_fork_shares_nothing_with_its_original():
+    """rebound #736, sncosmo #154, tfel #567: a copy of a simulation whose changes reach the original."""
+    sim = lw.Simulation(PENDULUM)
+    sim.run_until(0.3)
+    other, before = sim.fork(), sim.state_hash
+    assert other.state_hash == before and other.time == sim.time
+    other["bob.rate"] = 5.0
+    other.run_until(1)
+    assert sim.state_hash == before and sim.time == 0.3
+    sim.run_until(1)
+    whole = lw.Simulation(PENDULUM)
+    whole.run_until(1)
+    assert sim.state_hash == whole.state_hash != other.state_hash
+
+
+def test_a_value_of_another_length_changes_nothing():
+    """bipedal-locomotion-framework #851: a shorter vector ends the interpreter, a longer one is accepted."""
+    sim = lw.Simulation(PENDULUM)
+    sim.run_until(0.2)
+    before = sim.state_hash
+    for wrong in ([], [0.1, 0.2], [[0.1, 0.2]], np.zeros(7)):
+        with pytest.raises(lw.LinkworkError, match="bob.angle"):
+            sim["bob.angle"] = wrong
+    assert sim.state_hash == before
+    sim.run_until(0.4)
+
+
+def test_a_name_that_does_not_exist_is_an_error(body, state):
+    """orocos_kinematics_dynamics #42: a segment that does not exist is a crash."""
+    now = body.state(*state)
+    for ask in (now.position, now.velocity, lambda name: body.node_jacobian(state[0], name)):
+        with pytest.raises(lw.LinkworkError, match="carrot"):
+            ask("carrot")
+    sim = lw.Simulation(PENDULUM)
+    with pytest.raises(lw.LinkworkError, match="carrot"):
+        sim["carrot"]
+    assert "carrot" not in sim and "bob.angle" in sim
+
+
+NOISY = """Simulation(
+    bodies: { "bob": (parent: "world", hinge: Pin([0, 1, 0]), mass: 1, inertia: [1, 1, 1], initial: (rate: 1)) },
+    parts: { "S": (model: "sensors.attitude", rate: "100 Hz", params: { "rate_sigma": 0.1 }, bind: { "mount": "node:bob" }) },
+    gravity: "none", step: "1 ms",
+)"""
+
+
+def test_simulations_of_one_process_share_no_random_numbers(tmp_path):
+    """botbowl #70, osim-rl #173, baba-is-auto #175: a seed that other instances, or earlier episodes, change."""
+    noisy = tmp_path / "noisy.ron"
+    noisy.write_text(NOISY)
+
+    def alone(seed):
+        sim = lw.Simulation(str(noisy), seed=seed)
+        sim.run_until(0.5)
+        return sim["S.angular.y"]
+
+    first, second = (lw.Simulation(str(noisy), seed=seed) for seed in (3, 4))
+    for k in range(1, 51):
+        first.run_until(k * 0.01)
+        second.run_until(k * 0.01)
+    assert (first["S.angular.y"], second["S.angular.y"]) == (alone(3), alone(4))
+    assert first["S.angular.y"] != second["S.angular.y"] and first.seed == 3
+
+
+def test_results_of_runs_are_separate(tmp_path):
+    """prog_algs #84: results of a Monte Carlo analysis that are all the last one."""
+    noisy = tmp_path / "noisy.ron"
+    noisy.write_text(NOISY)
+    logs = []
+    for seed in range(4):
+        sim = lw.Simulation(str(noisy), seed=seed)
+        logs.append(sim.log(["S.angular.y"], rate=100))
+        sim.run_until(0.3)
+    all_values = np.array([log["S.angular.y"] for log in logs])
+    assert all_values.shape == (4, 31)
+    assert len({tuple(values) for values in all_values}) == 4
+    assert abs(all_values.std() - 0.1) < 0.02 and abs(all_values.mean() - 1) < 0.03
