@@ -4,7 +4,7 @@
 //! pericentre p/(1 + e) − R      apocentre p/(1 − e) − R, 10³⁰ m on an orbit that is open: farther than any
 //! ```
 //! r and v are inertial. Inclination, ascending node and argument of the pericentre refer to the planet's equator and to its prime meridian at t = 0,
-//! for any direction of the pole in W, or to the inertial axes of the world. Energy, heights except that of the apocentre, eccentricity and angles are
+//! for any direction of the pole in W, or to the inertial axes of the world. Energy, eccentricity, angles, and heights except the height of the apocentre are
 //! continuous at escape, so that conditions of phases can use them.
 
 use crate::guidance::planet::inertial;
@@ -118,7 +118,7 @@ pub struct Orbit {
     mu: f64,
     radius: f64,
     site: Option<Site>,
-    /// From inertial axes W, or from the axes of the planet at t = 0 if W is a site, to the axes of the angles.
+    /// Rotation to the axes of the angles from inertial axes W, or, if W is a site, from the axes of the planet at t = 0.
     to_axes: Quat,
 }
 

@@ -72,6 +72,18 @@ pub struct SolarPanelOut {
     pub cosine: f64,
 }
 
+/// Present part of the shadow, for the events at its edges. A panel with a rate has no events, because its outputs change at its samples only.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Shade {
+    /// 0 in the light, 1 in a penumbra, 2 in an umbra or antumbra.
+    #[port("1")]
+    pub shade: f64,
+}
+
+/// Indices of the guards in [`ShadowEdges`].
+const PENUMBRA: usize = 0;
+const UMBRA: usize = 1;
+
 /// A solar panel.
 pub struct SolarPanel {
     p: SolarPanelParams,
@@ -98,9 +110,11 @@ pub fn irradiance(n: &Vec3, light: &Light, up: &Vec3, optical_depth: f64, sunlit
 /// Power of a solar panel: beam and diffuse light through dusty air, dust on the panel, shadows of the bodies of the world.
 #[model("power.solar_panel")]
 impl Model for SolarPanel {
+    const MODES: bool = true;
     type Params = SolarPanelParams;
     type FeedthroughInputs = SolarPanelIn;
     type FeedthroughOutputs = SolarPanelOut;
+    type DiscreteState = Shade;
     type Guards = ShadowEdges;
     fn build(p: SolarPanelParams) -> Result<Self, BuildError> {
         if p.optical_depth > 0.0 && p.world.as_ref().is_some_and(|w| w.axes() == Axes::Inertial) {
@@ -133,12 +147,26 @@ impl Model for SolarPanel {
             cosine: n.dot(&sun.direction),
         }
     }
+    fn mode(&self, clock: &Clock, u: &SolarPanelIn) -> Shade {
+        let edges = self.guards(clock, u);
+        let shade = match () {
+            () if edges.penumbra > 0.0 => 0.0,
+            () if edges.umbra > 0.0 => 1.0,
+            () => 2.0,
+        };
+        Shade { shade }
+    }
     fn guards(&self, clock: &Clock, u: &SolarPanelIn) -> ShadowEdges {
         ShadowEdges::of(&self.p.sun.light(clock.t, &u.panel.position))
     }
-    /// The event has no state: the step only ends at the edge of the shadow.
-    fn handle_event(&self) -> ((), ()) {
-        ((), ())
+    fn handle_event(&self, fired: Fired<'_>, d: &Shade) -> ((), Shade) {
+        let shade = match () {
+            () if fired.rose(PENUMBRA) => 0.0,
+            () if fired.fell(UMBRA) => 2.0,
+            () if fired.fell(PENUMBRA) || fired.rose(UMBRA) => 1.0,
+            () => d.shade,
+        };
+        ((), Shade { shade })
     }
 }
 

@@ -2,7 +2,7 @@
 //! ```text
 //! force = Σ fₖ over the contacts of the body whose point is in the zone, or whose line of action leaves the body through it      fₖ: normal force
 //! ```
-//! It is exact and has no dynamics. `sensors.contact_switch` reads all contacts of a body and has thresholds. The sum is that of `touch` in MuJoCo.
+//! It is exact and has no dynamics. `sensors.contact_switch` reads all contacts of a body and has thresholds. The sum equals the sum of `touch` in MuJoCo.
 
 use linkwork_runtime::ContactZone;
 use linkwork_runtime::prelude::*;

@@ -69,7 +69,7 @@ pub struct Sight {
 /// Height over the cone of the least elevation.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct SightGuards {
-    /// Sine of the elevation minus that of the least elevation.
+    /// Sine of the elevation minus the sine of the least elevation.
     #[port("1", rising)]
     pub rises: f64,
     /// The same.
@@ -101,7 +101,7 @@ impl GroundStation {
         (range, (turned * self.axes).inverse() * d, rate)
     }
 
-    /// Returns the sine of the elevation minus that of the least elevation.
+    /// Returns the sine of the elevation minus the sine of the least elevation.
     fn over(&self, clock: &Clock, u: &GroundStationIn) -> f64 {
         let (range, d, _) = self.seen(clock.t, &u.body);
         d.z / range.max(NEAREST) - self.sine_min
