@@ -1,5 +1,5 @@
-//! Keeps the mathematical functions of [`linkwork_maths`] inside the shared library: its own calls use them, and a program that is linked with the library
-//! keeps those of the C library.
+//! Hides the mathematical functions of [`linkwork_maths`] inside the shared library. The library calls its own functions, and a program that is linked
+//! with the library calls the functions of the C library.
 //!
 //! [`linkwork_maths`]: ../maths
 

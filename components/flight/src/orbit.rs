@@ -216,7 +216,7 @@ mod tests {
         assert!((y.inclination - 0.9).abs() < 1e-12 && (y.ascending_node - 2.1).abs() < 1e-12);
     }
 
-    /// With `axes: inertial` the elements of a start in inertial axes return, from an inertial W and from a site.
+    /// With `axes: inertial`, the outputs are the elements of a start in inertial axes, both if W is inertial and if W is a site.
     #[test]
     fn inertial_axes_are_those_of_the_world() {
         let s = Elements::with_axis(7e6, 0.1, 0.9, 2.1, 0.7, 0.3).unwrap().state(MU);

@@ -2,8 +2,8 @@
 //! ```text
 //! r = min { t ≥ 0 : p + t z is on a shape in `sees` or on the terrain },  −1 without a hit        p, z: origin and z axis of the mount, W
 //! ```
-//! Without `sees`, the shapes of all bodies count, also of the body of the mount: exclude it with `"!./body"`. The distance is 0 if the origin is
-//! inside of a shape. `sensors.radar` and `sensors.lidar` have the errors of instruments.
+//! Without `sees`, the sensor sees the shapes of all bodies, including the shapes on the body of its mount, unless `"!./body"` excludes them. The distance is 0
+//! if the origin is inside a shape. `sensors.radar` and `sensors.lidar` have the errors of instruments.
 
 use linkwork_render::{Look, Surroundings};
 use linkwork_runtime::Lane;
